@@ -1,0 +1,55 @@
+"""What a force is: local to its elements, blind to the rest of the net.
+
+Symbols: m elements of k nodes each; x, v gathered positions and velocities (m, k, 3); f forces on the nodes.
+"""
+
+from __future__ import annotations
+
+from typing import Literal, NamedTuple, Protocol
+
+from netdae._arrays import FloatArray, IntArray
+
+NewtonPart = Literal["symmetric", "nothing"]
+
+
+class Account(NamedTuple):
+    """Energy and powers of a force at one instant."""
+
+    stored_energy: float = 0.0  # J
+    dissipated_power: float = 0.0  # W, taken out of the motion
+    external_power: float = 0.0  # W, put into the motion from outside
+
+
+class Force(Protocol):
+    """Force between, or on, the nodes of m elements.
+
+    nodes : (m, k), the nodes of each element
+    newton : the part of its tangent that the Newton matrix takes, which is symmetric:
+        "symmetric", where the unsymmetric part of a tangent is left out, or "nothing" (loads)
+    jumps : times at which the force jumps; the flight restarts there
+    kinks : times at which only its rate jumps; a step ends there
+    external : True if it acts from outside and so changes the net's momentum
+    """
+
+    @property
+    def nodes(self) -> IntArray: ...  # noqa: D102
+    @property
+    def newton(self) -> NewtonPart: ...  # noqa: D102
+    @property
+    def jumps(self) -> tuple[float, ...]: ...  # noqa: D102
+    @property
+    def kinks(self) -> tuple[float, ...]: ...  # noqa: D102
+    @property
+    def external(self) -> bool: ...  # noqa: D102
+
+    def force(self, t: float, x: FloatArray, v: FloatArray) -> FloatArray:
+        """Force on each node, (m, k, 3), N."""
+        ...
+
+    def tangent(self, t: float, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """∂f/∂x in N/m and ∂f/∂v in N s/m, each (m, k, 3, k, 3)."""
+        ...
+
+    def account(self, t: float, x: FloatArray, v: FloatArray) -> Account:
+        """Stored energy, dissipated and external power of all elements together."""
+        ...
