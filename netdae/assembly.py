@@ -1,0 +1,135 @@
+"""From elements to the net and back: gather, scatter, and the block pattern of symmetric matrices.
+
+Symbols: n nodes, m elements of k nodes, b blocks (3, 3) of the upper triangle, one for each pair of nodes
+that share an element and one for each node; block (I, J) has I ≤ J.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from scipy import sparse
+
+from netdae._arrays import BoolArray, FloatArray, IntArray, frozen_ints
+
+
+@njit(cache=True)
+def gather(values: FloatArray, nodes: IntArray, local: FloatArray) -> None:
+    """Aₑ: local (m, k, 3) from values (n, 3)."""
+    for e in range(nodes.shape[0]):
+        for a in range(nodes.shape[1]):
+            for c in range(3):
+                local[e, a, c] = values[nodes[e, a], c]
+
+
+@njit(cache=True)
+def scatter_add(local: FloatArray, nodes: IntArray, values: FloatArray) -> None:
+    """Σ Aₑᵀ of Eq. (8): values (n, 3) gain local (m, k, 3)."""
+    for e in range(nodes.shape[0]):
+        for a in range(nodes.shape[1]):
+            for c in range(3):
+                values[nodes[e, a], c] += local[e, a, c]
+
+
+@njit(cache=True)
+def scatter_blocks(tangent: FloatArray, places: IntArray, blocks: FloatArray) -> None:
+    """Σ Aₑᵀ (·)ₑ Aₑ of Eq. (8): blocks (b, 3, 3) lose the symmetric part of tangent (m, k, 3, k, 3).
+
+    A tangent is the derivative of a force, a matrix of the net its negative: hence the minus sign.
+    """
+    for e in range(places.shape[0]):
+        for i in range(places.shape[1]):
+            for j in range(places.shape[2]):
+                place = places[e, i, j]
+                if place < 0:
+                    continue
+                for r in range(3):
+                    for c in range(3):
+                        blocks[place, r, c] -= 0.5 * (tangent[e, i, r, j, c] + tangent[e, j, c, i, r])
+
+
+@njit(cache=True)
+def symmetric_product(
+    blocks: FloatArray, rows: IntArray, columns: IntArray, u: FloatArray, out: FloatArray
+) -> None:
+    """Product of the symmetric matrix with u (n, 3) into out (n, 3)."""
+    out[:] = 0.0
+    for b in range(len(rows)):
+        i, j = rows[b], columns[b]
+        for r in range(3):
+            for c in range(3):
+                out[i, r] += blocks[b, r, c] * u[j, c]
+                if i != j:
+                    out[j, c] += blocks[b, r, c] * u[i, r]
+
+
+@njit(cache=True)
+def newton_blocks(
+    T: FloatArray,
+    D: FloatArray,
+    mass: FloatArray,
+    cj: float,
+    mask: BoolArray,
+    rows: IntArray,
+    columns: IntArray,
+    K: FloatArray,
+) -> None:
+    """K = c_j² M + c_j D + T with rows and columns of restrained axes zeroed and 1 on their diagonal."""
+    for b in range(len(rows)):
+        i, j = rows[b], columns[b]
+        for r in range(3):
+            for c in range(3):
+                if mask[i, r] or mask[j, c]:
+                    K[b, r, c] = 1.0 if i == j and r == c else 0.0
+                else:
+                    K[b, r, c] = cj * D[b, r, c] + T[b, r, c]
+                    if i == j and r == c:
+                        K[b, r, c] += cj * cj * mass[i]
+
+
+@dataclass(frozen=True, eq=False)
+class BlockPattern:
+    """Which blocks a symmetric matrix of the net has.
+
+    node_count : n
+    rows, columns : (b,), nodes I ≤ J of each block, by column and then by row
+    """
+
+    node_count: int
+    rows: IntArray
+    columns: IntArray
+
+    @classmethod
+    def of(cls, node_count: int, elements: list[IntArray]) -> BlockPattern:
+        """Pattern of elements given by their nodes, each (m, k)."""
+        diagonal = np.arange(node_count)
+        pairs = [np.stack((diagonal, diagonal), axis=1)]
+        for nodes in elements:
+            k = nodes.shape[1]
+            for i in range(k):
+                for j in range(i + 1, k):
+                    pairs.append(np.sort(nodes[:, [i, j]], axis=1))
+        column_row = np.unique(np.concatenate(pairs)[:, ::-1], axis=0)
+        return cls(node_count, frozen_ints(column_row[:, 1]), frozen_ints(column_row[:, 0]))
+
+    def places_of(self, nodes: IntArray) -> IntArray:
+        """Block of each pair of an element's nodes, (m, k, k); −1 below the diagonal."""
+        i, j = nodes[:, :, None], nodes[:, None, :]
+        keys = self.columns * self.node_count + self.rows
+        wanted = np.maximum(i, j) * self.node_count + np.minimum(i, j)
+        return np.ascontiguousarray(np.where(i <= j, np.searchsorted(keys, wanted), -1))
+
+    def upper_csc(self) -> tuple[sparse.csc_matrix, IntArray]:
+        """Upper triangle as scalar CSC (3n, 3n), and where its data stand in the raveled blocks."""
+        b, r, c = (index.ravel() for index in np.indices((len(self.rows), 3, 3)))
+        upper = (self.rows[b] < self.columns[b]) | (r <= c)
+        entries = np.flatnonzero(upper)
+        coordinates = (3 * self.rows[b] + r)[entries], (3 * self.columns[b] + c)[entries]
+        size = 3 * self.node_count
+        # 1-based, so that no entry is taken for an explicit zero
+        numbered = sparse.csc_matrix((entries + 1.0, coordinates), shape=(size, size))
+        numbered.sort_indices()
+        places = numbered.data.astype(np.int64) - 1
+        return numbered, places

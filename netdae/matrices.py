@@ -1,0 +1,46 @@
+"""The paper's matrices, written as in the paper: Eqs. (1) to (9) element by element, assembled by scipy.
+
+Nothing in a flight uses this module: it is for the study of the model, and the tests hold the compiled
+forces against it. Symbols: xₑ (m, 6) positions of a cable's two nodes, Δ (6, 6), Aₑ the choice of its rows.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import sparse
+
+from netdae._arrays import FloatArray, IntArray
+
+DELTA = np.block([[np.eye(3), -np.eye(3)], [-np.eye(3), np.eye(3)]])
+"""Δ of Eq. (2)."""
+
+
+def green_lagrange_strain(xe: FloatArray, L: FloatArray) -> FloatArray:
+    """E11 (m,), Eq. (3), with l² = xₑᵀ Δ xₑ of Eq. (1)."""
+    return 0.5 * (np.einsum("ei,ij,ej->e", xe, DELTA, xe) - L**2) / L**2
+
+
+def assembled(elements: FloatArray, cables: IntArray, node_count: int) -> sparse.csr_matrix:
+    """Σ Aₑᵀ (·)ₑ Aₑ, Eq. (8), of elements (m, 6, 6) as (3n, 3n)."""
+    dof = (3 * cables[:, :, None] + np.arange(3)).reshape(-1, 6)
+    rows, columns = np.broadcast_arrays(dof[:, :, None], dof[:, None, :])
+    size = 3 * node_count
+    return sparse.csr_matrix((elements.ravel(), (rows.ravel(), columns.ravel())), shape=(size, size))
+
+
+def secant(S11: FloatArray, area: FloatArray, L: FloatArray) -> FloatArray:
+    """Sₑ (m, 6, 6), Eq. (5)."""
+    return (S11 * area / L)[:, None, None] * DELTA
+
+
+def tangent(xe: FloatArray, S11: FloatArray, dS11: FloatArray, area: FloatArray, L: FloatArray) -> FloatArray:
+    """Tₑ (m, 6, 6), Eq. (6), with dS11 the slope ∂S11/∂E11."""
+    Dx = xe @ DELTA
+    return secant(S11, area, L) + (dS11 * area / L**3)[:, None, None] * Dx[:, :, None] * Dx[:, None, :]
+
+
+def reference_stiffness(span: FloatArray, EA: FloatArray, L: FloatArray) -> FloatArray:
+    """T(x̄) of Eq. (9) (m, 6, 6) from the spans (m, 3) of the cables in x̄: directions from x̄, lengths L̄."""
+    n = span / np.linalg.norm(span, axis=1)[:, None]
+    N = np.concatenate((n, -n), axis=1)
+    return (EA / L)[:, None, None] * N[:, :, None] * N[:, None, :]

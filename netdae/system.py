@@ -1,0 +1,291 @@
+"""The net in motion: M ẍ + D ẋ + S(x) x = p(t), Eq. (10), gathered from local forces.
+
+Symbols: n nodes, x, v, a (n, 3); M lumped masses (n,); f sum of all forces (n, 3); T = −∂f/∂x, D = −∂f/∂v.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from netdae import matrices
+from netdae._arrays import FloatArray, IntArray, frozen_floats
+from netdae.assembly import BlockPattern, gather, scatter_add, scatter_blocks
+from netdae.damping import Damping, Rayleigh
+from netdae.errors import InputError
+from netdae.forces.cables import Cables, law_of
+from netdae.forces.loads import Load
+from netdae.forces.protocol import Force
+from netdae.material import Cords, Material
+from netdae.net import CableNet
+from netdae.restraints import Drive, Restraint, mask_of
+from netdae.signals import times_within
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """A force with its place in the net: nodes (m, k) and their blocks (m, k, k), None where it needs none."""
+
+    force: Force
+    nodes: IntArray
+    blocks: IntArray | None
+
+
+class System:
+    """A net of cords with masses, damping, loads and restraints.
+
+    net : topology and reference x̄
+    cord : a Material, or cable group to Material, a later one overriding
+    masses : node group to the mass in kg that each of its nodes carries beside its cables
+    damping : Dashpot, Rayleigh or NoDamping; there is no default
+    loads, restraints : what acts on the net from outside
+    forces : further forces of one's own, see `forces.protocol`
+
+    Raises InputError for what cannot fly: unknown groups, a free node without mass.
+    """
+
+    def __init__(
+        self,
+        net: CableNet,
+        cord: Material | Mapping[str, Material],
+        *,
+        damping: Damping,
+        masses: Mapping[str, float] | None = None,
+        loads: Iterable[Load] = (),
+        restraints: Iterable[Restraint] = (),
+        forces: Iterable[Force] = (),
+    ) -> None:
+        self.net = net
+        self.cords = Cords.of(net, cord)
+        self.restraints = tuple(restraints)
+        self.restrained = mask_of(self.restraints, net)
+        self.mass = frozen_floats(_mass_of(net, self.cords, masses or {}))
+        self._check_mass()
+        self.damping = damping
+        self.cables = Cables(
+            net.cables,
+            net.rest_length,
+            self.cords.axial_stiffness,
+            self.cords.toe_strain,
+            self.cords.engineering,
+            frozen_floats(damping.viscosity_times(net, self.cords)),
+        )
+        self.forces: tuple[Force, ...] = (
+            self.cables,
+            *damping.forces(net, self.cords, self.mass),
+            *(load.on(net, self.mass) for load in loads),
+            *forces,
+        )
+        coupled = [force.nodes for force in self.forces if force.newton != "nothing"]
+        self.pattern = BlockPattern.of(net.node_count, coupled)
+        self._placed = tuple(
+            Placed(f, f.nodes, self.pattern.places_of(f.nodes) if f.newton != "nothing" else None)
+            for f in self.forces
+        )
+        self._phase = (-math.inf, math.inf)
+
+    def _check_mass(self) -> None:
+        bare = np.flatnonzero((self.mass <= 0) & ~self.restrained.all(axis=1))
+        if len(bare):
+            raise InputError(
+                f"node {bare[0]} is free but has no mass: no cable ends there and no bullet sits on it; "
+                "give its group a mass, join it to the net, or restrain all its axes"
+            )
+
+    # Phases: between two jumps all forces are smooth in time.
+
+    def during(self, begin: float, end: float) -> System:
+        """The same system, whose forces are asked at times strictly between `begin` and `end` only.
+
+        A force that jumps at `begin` or `end` then shows the value it has inside the phase.
+        """
+        phase = System.__new__(System)
+        phase.__dict__.update(self.__dict__)
+        phase._phase = (math.nextafter(begin, math.inf), math.nextafter(end, -math.inf))
+        return phase
+
+    def inside(self, t: float) -> float:
+        """`t`, or the nearest time inside the phase."""
+        return min(max(t, self._phase[0]), self._phase[1])
+
+    def jumps_within(self, begin: float, end: float) -> list[float]:
+        """Times at which a load jumps or a motion changes its velocity abruptly."""
+        sources = [*self.forces, *(r.motion for r in self.restraints)]
+        return times_within([t for source in sources for t in source.jumps], begin, end)
+
+    def kinks_within(self, begin: float, end: float) -> list[float]:
+        """Times at which only the rate of a load or an acceleration jumps."""
+        sources = [*self.forces, *(r.motion for r in self.restraints)]
+        return times_within([t for source in sources for t in source.kinks], begin, end)
+
+    def check_covers(self, begin: float, end: float) -> None:
+        """Raise InputError where the table of a load or motion does not reach over the flight."""
+        signals = [signal for f in self.forces if (signal := getattr(f, "signal", None)) is not None]
+        for source in [*signals, *(r.motion for r in self.restraints)]:
+            if not source.covers(begin, end):
+                first, last = source.times[0], source.times[-1]
+                raise InputError(
+                    f"a table reaches from {first:g} to {last:g} s, but the flight lasts from {begin:g} to {end:g} s: "
+                    "add rows, or end the flight earlier"
+                )
+
+    def drive_from(self, x: FloatArray) -> Drive:
+        """Restraints bound to the starting positions x (n, 3)."""
+        return Drive.of(self.restraints, self.net, x)
+
+    # Forces
+
+    def force(self, t: float, x: FloatArray, v: FloatArray) -> FloatArray:
+        """Sum of all forces on each node, (n, 3), N: p(t) − D v − S(x) x."""
+        total = np.zeros_like(x)
+        for placed, xe, ve in self._gathered(x, v):
+            scatter_add(placed.force.force(self.inside(t), xe, ve), placed.nodes, total)
+        return total
+
+    def _gathered(self, x: FloatArray, v: FloatArray) -> Iterable[tuple[Placed, FloatArray, FloatArray]]:
+        for placed in self._placed:
+            local = np.empty((2, *placed.nodes.shape, 3))
+            gather(x, placed.nodes, local[0])
+            gather(v, placed.nodes, local[1])
+            yield placed, local[0], local[1]
+
+    def acceleration(
+        self, t: float, x: FloatArray, v: FloatArray, a_d: FloatArray | None = None
+    ) -> FloatArray:
+        """f/M of free axes, (n, 3), m/s²; restrained axes take a_d (n, 3), zero by default."""
+        f = self.force(t, x, v)
+        a = np.divide(f, self.mass[:, None], out=np.zeros_like(f), where=self.mass[:, None] > 0)
+        return np.where(self.restrained, 0.0 if a_d is None else a_d, a)
+
+    def reactions(self, t: float, x: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
+        """Force that the restraints put on each node, (n, 3), N: M a − f, zero on free axes."""
+        return np.where(self.restrained, self.mass[:, None] * a - self.force(t, x, v), 0.0)
+
+    def tangent_blocks(self, t: float, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Symmetric parts of T = −∂f/∂x and D = −∂f/∂v as blocks (b, 3, 3) of `pattern`."""
+        T = np.zeros((len(self.pattern.rows), 3, 3))
+        D = np.zeros_like(T)
+        for placed, xe, ve in self._gathered(x, v):
+            if placed.blocks is not None:
+                K, C = placed.force.tangent(self.inside(t), xe, ve)
+                scatter_blocks(K, placed.blocks, T)
+                scatter_blocks(C, placed.blocks, D)
+        return T, D
+
+    def tangent_product(
+        self, t: float, x: FloatArray, v: FloatArray, dx: FloatArray, dv: FloatArray
+    ) -> FloatArray:
+        """(∂f/∂x) dx + (∂f/∂v) dv, (n, 3), with the whole, unsymmetric tangents of all forces."""
+        total = np.zeros_like(x)
+        for placed, xe, ve in self._gathered(x, v):
+            K, C = placed.force.tangent(self.inside(t), xe, ve)
+            local = np.einsum("eiajb,ejb->eia", K, dx[placed.nodes]) + np.einsum(
+                "eiajb,ejb->eia", C, dv[placed.nodes]
+            )
+            scatter_add(local, placed.nodes, total)
+        return total
+
+    # Energies and momenta
+
+    def account(self, t: float, x: FloatArray, v: FloatArray) -> tuple[float, float, float]:
+        """Stored energy in J, dissipated power and external power of loads in W."""
+        accounts = [placed.force.account(self.inside(t), xe, ve) for placed, xe, ve in self._gathered(x, v)]
+        stored, dissipated, external = (sum(column) for column in zip(*accounts, strict=True))
+        return stored, dissipated, external
+
+    def external_force(self, t: float, x: FloatArray, v: FloatArray) -> FloatArray:
+        """Sum (3,) of all forces from outside but the restraints, N."""
+        total = np.zeros(3)
+        for placed, xe, ve in self._gathered(x, v):
+            if placed.force.external:
+                total += placed.force.force(self.inside(t), xe, ve).sum(axis=(0, 1))
+        return total
+
+    def kinetic_energy(self, v: FloatArray) -> float:
+        """½ v·M v, J."""
+        return 0.5 * float(self.mass @ np.einsum("ni,ni->n", v, v))
+
+    def elastic_energy(self, x: FloatArray) -> float:
+        """Stored energy of all cables, J."""
+        xe = x[self.net.cables]
+        return self.cables.account(0.0, xe, np.zeros_like(xe)).stored_energy
+
+    def momentum(self, v: FloatArray) -> FloatArray:
+        """Σ m v, (3,), N s."""
+        return self.mass @ v
+
+    def angular_momentum(self, x: FloatArray, v: FloatArray) -> FloatArray:
+        """Σ x × m v about the origin, (3,), N m s."""
+        return self.mass @ np.cross(x, v)
+
+    # Cables; all elastic, without the dashpot's share
+
+    @property
+    def strength(self) -> FloatArray:
+        """Breaking force of each cable, (m,), N; infinite where it is not known."""
+        return self.cords.strength
+
+    @property
+    def toe_strain(self) -> FloatArray:
+        """ε of each cable, (m,)."""
+        return self.cords.toe_strain
+
+    def strain(self, x: FloatArray) -> FloatArray:
+        """E11 of each cable, (m,), Eq. (3)."""
+        return self.cables.strain(x)
+
+    def stress(self, x: FloatArray) -> FloatArray:
+        """S11 of each cable, (m,), Pa, Eq. (4)."""
+        modulus = self.cords.axial_stiffness / self.cords.area
+        return modulus * self.cables.stress_ratio(self.strain(x))
+
+    def tension(self, x: FloatArray) -> FloatArray:
+        """Axial force N = S11 Ā l/L̄ of each cable, (m,), N."""
+        E11 = self.strain(x)
+        return (
+            self.cords.axial_stiffness * self.cables.stress_ratio(E11) * np.sqrt(np.maximum(1 + 2 * E11, 0.0))
+        )
+
+    # The paper's matrices, see `matrices`
+
+    def mass_matrix(self) -> sparse.csr_matrix:
+        """M of Eq. (7) with the bullets, (3n, 3n)."""
+        return sparse.diags_array(np.repeat(self.mass, 3)).tocsr()
+
+    def secant_matrix(self, x: FloatArray) -> sparse.csr_matrix:
+        """S(x) of Eqs. (5), (8), (3n, 3n)."""
+        elements = matrices.secant(self.stress(x), self.cords.area, self.net.rest_length)
+        return matrices.assembled(elements, self.net.cables, self.net.node_count)
+
+    def tangent_matrix(self, x: FloatArray) -> sparse.csr_matrix:
+        """T(x) of Eqs. (6), (8), (3n, 3n)."""
+        xe = x[self.net.cables].reshape(-1, 6)
+        E11 = matrices.green_lagrange_strain(xe, self.net.rest_length)
+        laws = zip(E11, self.cords.toe_strain, self.cords.engineering, strict=True)
+        slope = np.array([law_of(*law)[1] for law in laws]) * self.cords.axial_stiffness / self.cords.area
+        elements = matrices.tangent(xe, self.stress(x), slope, self.cords.area, self.net.rest_length)
+        return matrices.assembled(elements, self.net.cables, self.net.node_count)
+
+    def damping_matrix(self) -> sparse.csr_matrix:
+        """D = α M + β T(x̄) of Eq. (9), (3n, 3n); zero without Rayleigh damping."""
+        if not isinstance(self.damping, Rayleigh):
+            return sparse.csr_matrix((3 * self.net.node_count,) * 2)
+        span = self.net.nodes[self.net.cables[:, 1]] - self.net.nodes[self.net.cables[:, 0]]
+        elements = matrices.reference_stiffness(span, self.cords.axial_stiffness, self.net.rest_length)
+        K0 = matrices.assembled(elements, self.net.cables, self.net.node_count)
+        return self.damping.alpha * self.mass_matrix() + self.damping.beta * K0
+
+
+def _mass_of(net: CableNet, cords: Cords, masses: Mapping[str, float]) -> FloatArray:
+    """Knots, ½ ρ̄L̄Ā from each cable by Eq. (7), and bullets, (n,), kg."""
+    half = 0.5 * cords.linear_density * net.rest_length
+    mass = np.bincount(net.cables.ravel(), weights=np.repeat(half, 2), minlength=net.node_count)
+    for group, value in masses.items():
+        if not (math.isfinite(value) and value >= 0):
+            raise InputError(f"mass of group {group!r} is {value:g} kg: give a finite number, zero or more")
+        mass[net.nodes_of(group)] += value
+    return mass
