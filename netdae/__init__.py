@@ -1,0 +1,71 @@
+"""netdae: deployable cable nets for active space-debris removal, from the stowed pack to the spread net.
+
+The names below are loaded at their first use, so that `import netdae` stays light.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+__version__ = "0.1.0"
+
+if TYPE_CHECKING:
+    from netdae.damping import Dashpot, NoDamping, Rayleigh
+    from netdae.errors import InputError, MeshError, NetdaeError, RunError, ScenarioError
+    from netdae.forces.loads import Gravity, NodalLoad
+    from netdae.initial import ejected, scaled
+    from netdae.integrate import integrate
+    from netdae.material import Material
+    from netdae.mesh_io import read_net, write_net
+    from netdae.metrics import DeploymentMetrics
+    from netdae.motions import Fixed, FunctionMotion, TableMotion
+    from netdae.net import CableNet
+    from netdae.observers import MetricsCsv, Progress
+    from netdae.options import SolverOptions
+    from netdae.restraints import Restraint
+    from netdae.scenario import read_scenario
+    from netdae.signals import Function, Pulse, Table
+    from netdae.simulate import simulate
+    from netdae.state import State, Trajectory
+    from netdae.statics import equilibrium, frequencies
+    from netdae.system import System
+    from netdae.vtk import VtuSeries
+
+_HOMES = {
+    "netdae.damping": ("Dashpot", "NoDamping", "Rayleigh"),
+    "netdae.errors": ("InputError", "MeshError", "NetdaeError", "RunError", "ScenarioError"),
+    "netdae.forces.loads": ("Gravity", "NodalLoad"),
+    "netdae.initial": ("ejected", "scaled"),
+    "netdae.integrate": ("integrate",),
+    "netdae.material": ("Material",),
+    "netdae.mesh_io": ("read_net", "write_net"),
+    "netdae.metrics": ("DeploymentMetrics",),
+    "netdae.motions": ("Fixed", "FunctionMotion", "TableMotion"),
+    "netdae.net": ("CableNet",),
+    "netdae.observers": ("MetricsCsv", "Progress"),
+    "netdae.options": ("SolverOptions",),
+    "netdae.restraints": ("Restraint",),
+    "netdae.scenario": ("read_scenario",),
+    "netdae.signals": ("Function", "Pulse", "Table"),
+    "netdae.simulate": ("simulate",),
+    "netdae.state": ("State", "Trajectory"),
+    "netdae.statics": ("equilibrium", "frequencies"),
+    "netdae.system": ("System",),
+    "netdae.vtk": ("VtuSeries",),
+}
+_HOME_OF = {name: module for module, names in _HOMES.items() for name in names}
+
+__all__ = ["__version__", *sorted(_HOME_OF)]  # noqa: PLE0604
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME_OF:
+        raise AttributeError(f"module 'netdae' has no attribute {name!r}")
+    value = getattr(import_module(_HOME_OF[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -1,0 +1,172 @@
+"""The driver of a flight: phases, internal steps, output times, books.
+
+A flight is cut at the jumps of loads and motions into phases; each starts afresh, with exact stop, consistent
+accelerations and the impulse of driven nodes booked. Inside a phase kinks only stop a step. Steps do not depend
+on the output times: those are read from IDA's polynomial.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from itertools import pairwise
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from netdae._arrays import FloatArray
+from netdae.errors import InputError
+from netdae.ida import IdaSolver
+from netdae.ledger import Ledger
+from netdae.options import SolverOptions
+from netdae.state import Books, State
+from netdae.system import System
+
+Watch = Callable[[State], None]
+
+
+class Integration:
+    """Iterator over the States at the output times; `statistics` tells what it took so far.
+
+    `impulses` lists the (time, impulse (3,) in N s) that restraints gave in jumps of velocity.
+    """
+
+    def __init__(
+        self, system: System, start: State, times: FloatArray, options: SolverOptions, watch: Sequence[Watch]
+    ) -> None:
+        self._system = system
+        self._start = start
+        self._times = times
+        self._watch = watch
+        self._drive = system.drive_from(start.x)
+        self._drive.check_start(start.t, start.v)
+        system.check_covers(float(times[0]), float(times[-1]))
+        self._solver = IdaSolver(system, self._drive, options)
+        self._ledger: Ledger | None = None
+        self._seconds = 0.0
+        self._states = self._run()
+
+    def __iter__(self) -> Iterator[State]:
+        return self
+
+    def __next__(self) -> State:
+        return next(self._states)
+
+    @property
+    def statistics(self) -> dict[str, Any]:
+        """Counts of steps, residuals, setups, solves, failures and starts, and wall seconds by part.
+
+        Failures are told from the order of IDA's calls: a second setup in one attempt of a step, or four
+        corrections and a step back, is a failure of Newton's iteration; another step back is one of the error test.
+        """
+        names = ("steps", "residuals", "setups", "solves", "newton_failures", "error_test_failures", "starts")
+        counts = {name: self._solver.counts[name] for name in names}
+        seconds = {name: round(value, 6) for name, value in sorted(self._solver.seconds.items())}
+        return {**counts, "wall_seconds": {"total": round(self._seconds, 6), **seconds}}
+
+    @property
+    def impulses(self) -> list[tuple[float, FloatArray]]:
+        """Times and impulses (3,) in N s of jumps of driven velocities."""
+        return [] if self._ledger is None else self._ledger.impulses
+
+    def _run(self) -> Iterator[State]:
+        begin_clock = perf_counter()
+        outputs = list(self._times[1:])
+        t0, end = float(self._times[0]), float(self._times[-1])
+        x, v = self._start.x.copy(), self._start.v.copy()
+        for begin, stop in pairwise([t0, *self._system.jumps_within(t0, end), end]):
+            phase = self._system.during(begin, stop)
+            state = self._phase_start(phase, begin, x, v)
+            if self._ledger is None:
+                self._ledger = Ledger(phase, self._drive, state)
+                yield self._told(state, begin_clock)
+            else:
+                self._ledger.enter(phase, state)
+            self._show(state, self._ledger.books())
+            y, yp = np.stack((state.x, state.v)), np.stack((state.v, state.a))
+            self._solver.enter(phase, begin, y, yp)
+            for kink in [*phase.kinks_within(begin, stop), stop]:
+                t = state.t
+                while t < kink:
+                    t, y, yp = self._solver.step(kink)
+                    while outputs and outputs[0] <= t:
+                        at = float(outputs.pop(0))
+                        inner = (y, yp) if at == t else self._solver.output(at)
+                        yield self._told(self._state(phase, at, *inner), begin_clock)
+                    state = self._state(phase, t, y, yp)
+                    self._close_step(state)
+            x, v = state.x, state.v
+        self._seconds = perf_counter() - begin_clock
+
+    def _phase_start(self, phase: System, t: float, x: FloatArray, v: FloatArray) -> State:
+        x_d, v_d, a_d = self._drive.at(phase.inside(t))
+        held = self._drive.mask
+        x, v = np.where(held, x_d, x), np.where(held, v_d, v)
+        return State(t, x, v, phase.acceleration(t, x, v, a_d))
+
+    def _state(self, phase: System, t: float, y: FloatArray, yp: FloatArray) -> State:
+        x, v, a = y[0], y[1], yp[1]
+        held = self._drive.mask
+        if (
+            held.any()
+        ):  # yp of an algebraic unknown is a difference quotient, its y between steps a polynomial
+            x_d, v_d, a_d = self._drive.at(phase.inside(t))
+            x, v, a = np.where(held, x_d, x), np.where(held, v_d, v), np.where(held, a_d, a)
+        return State(t, x, v, a)
+
+    def _told(self, state: State, begin_clock: float) -> State:
+        """State for an output time, with the books up to it."""
+        assert self._ledger is not None
+        self._seconds = perf_counter() - begin_clock
+        return State(state.t, state.x, state.v, state.a, self._ledger.at(state))
+
+    def _close_step(self, state: State) -> None:
+        assert self._ledger is not None
+        begin = perf_counter()
+        books = self._ledger.advance(state)
+        self._solver.seconds["books"] += perf_counter() - begin
+        self._show(state, books)
+
+    def _show(self, state: State, books: Books) -> None:
+        begin = perf_counter()
+        told = State(state.t, state.x, state.v, state.a, books)
+        for watch in self._watch:
+            watch(told)
+        self._solver.seconds["watchers"] += perf_counter() - begin
+
+
+def integrate(
+    system: System,
+    start: State,
+    times: Sequence[float] | FloatArray,
+    *,
+    options: SolverOptions | None = None,
+    watch: Sequence[Watch] = (),
+) -> Integration:
+    """Fly `system` from `start` and yield the States at `times`, of which the first is the start's.
+
+    watch : callables that see the State at the start and at every internal step of the integrator
+
+    Raises InputError for times that do not rise or a start that contradicts a restraint, RunError for a run that fails.
+    """
+    instants = np.asarray(times, dtype=np.float64)
+    if (
+        instants.ndim != 1
+        or len(instants) < 2
+        or not np.isfinite(instants).all()
+        or (np.diff(instants) <= 0).any()
+    ):
+        raise InputError("times: give at least two finite instants that rise")
+    if instants[0] != start.t:
+        raise InputError(
+            f"times: they begin at {instants[0]:g} s, but the start is at {start.t:g} s: let them agree"
+        )
+    for name, values in (("x", start.x), ("v", start.v)):
+        if values.shape != (system.net.node_count, 3):
+            raise InputError(
+                f"start: {name} has the shape {values.shape}: the net has {system.net.node_count} nodes"
+            )
+        if not np.isfinite(values).all():
+            node = int(np.argwhere(~np.isfinite(values))[0, 0])
+            raise InputError(f"start: {name} of node {node} is {values[node].tolist()}: give finite numbers")
+    return Integration(system, start, instants, options or SolverOptions(), watch)

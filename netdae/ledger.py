@@ -1,0 +1,108 @@
+"""The books of a flight: dissipated energy, external work and impulse by quadrature over internal steps.
+
+Over one step of length h from (x₀, v₀) to (x₁, v₁), positions follow the cubic Hermite curve with the midpoint
+
+    x½ = (x₀ + x₁)/2 + h (v₀ − v₁)/8,       v½ = 3 (x₁ − x₀)/(2h) − (v₀ + v₁)/4,
+
+and powers are summed by Simpson's rule. For a constant load this is p·(x₁ − x₀) exactly.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from netdae._arrays import FloatArray
+from netdae.restraints import Drive
+from netdae.state import Books, State
+from netdae.system import System
+
+
+class _Rates(NamedTuple):
+    dissipated: float
+    external: float
+    impulse: FloatArray  # (3,)
+
+
+class Ledger:
+    """Accumulates the books from internal step to internal step.
+
+    `at(state)` gives the books up to a state inside the running step and changes nothing.
+    """
+
+    def __init__(self, system: System, drive: Drive, start: State) -> None:
+        self._system = system
+        self._drive = drive
+        self._held = bool(drive.mask.any())
+        self._outside = any(force.external for force in system.forces)
+        self._last = start
+        self._rates = self._rates_at(start.t, start.x, start.v, start.a)
+        self._dissipated = start.books.dissipated_energy
+        self._work = start.books.external_work
+        self._impulse = np.array(start.books.external_impulse)
+        self._peak = float(system.tension(start.x).max())
+        self.impulses: list[tuple[float, FloatArray]] = []
+
+    def advance(self, state: State) -> Books:
+        """Close the internal step that ends at `state` and return the books up to it."""
+        rates = self._rates_at(state.t, state.x, state.v, state.a)
+        dissipated, work, impulse = self._share(state, rates)
+        self._dissipated += dissipated
+        self._work += work
+        self._impulse = self._impulse + impulse
+        self._peak = max(self._peak, float(self._system.tension(state.x).max()))
+        self._last, self._rates = state, rates
+        return self.books()
+
+    def books(self) -> Books:
+        """Books up to the last internal step."""
+        return self._told(0.0, 0.0, np.zeros(3), self._peak)
+
+    def at(self, state: State) -> Books:
+        """Books up to a state between the last internal step and the next; the peak tension is told once."""
+        if state.t == self._last.t:
+            shares = (0.0, 0.0, np.zeros(3))
+        else:
+            shares = self._share(state, self._rates_at(state.t, state.x, state.v, state.a))
+        peak = max(self._peak, float(self._system.tension(state.x).max()))
+        self._peak = 0.0
+        return self._told(*shares, peak)
+
+    def enter(self, system: System, state: State) -> None:
+        """Start the phase `system` at `state`; a jump of velocity books its impulse and work."""
+        jump = system.mass[:, None] * (state.v - self._last.v)
+        if jump.any():
+            self._work += system.kinetic_energy(state.v) - system.kinetic_energy(self._last.v)
+            self._impulse = self._impulse + jump.sum(axis=0)
+            self.impulses.append((state.t, jump.sum(axis=0)))
+        self._system = system
+        self._last = state
+        self._rates = self._rates_at(state.t, state.x, state.v, state.a)
+
+    def _share(self, state: State, rates: _Rates) -> tuple[float, float, FloatArray]:
+        last, h = self._last, state.t - self._last.t
+        x = 0.5 * (last.x + state.x) + 0.125 * h * (last.v - state.v)
+        v = 1.5 / h * (state.x - last.x) - 0.25 * (last.v + state.v)
+        middle = self._rates_at(last.t + 0.5 * h, x, v, None)
+        simpson = [h / 6 * (a + 4 * b + c) for a, b, c in zip(self._rates, middle, rates, strict=True)]
+        return simpson[0], simpson[1], simpson[2]
+
+    def _rates_at(self, t: float, x: FloatArray, v: FloatArray, a: FloatArray | None) -> _Rates:
+        _, dissipated, external = self._system.account(t, x, v)
+        impulse = self._system.external_force(t, x, v) if self._outside else np.zeros(3)
+        if self._held:
+            _, v_d, a_d = self._drive.at(self._system.inside(t))
+            reactions = self._system.reactions(t, x, v, a_d)
+            external += float(np.vdot(reactions, v_d))
+            impulse = impulse + reactions.sum(axis=0)
+        return _Rates(dissipated, external, impulse)
+
+    def _told(self, dissipated: float, work: float, impulse: FloatArray, peak: float) -> Books:
+        total = self._impulse + impulse
+        return Books(
+            self._dissipated + dissipated,
+            self._work + work,
+            (float(total[0]), float(total[1]), float(total[2])),
+            peak,
+        )

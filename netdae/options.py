@@ -1,0 +1,65 @@
+"""How sharply a flight is integrated."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+from netdae.errors import InputError
+
+Accuracy = Literal["fast", "standard", "accurate"]
+
+PRESETS: dict[Accuracy, tuple[float, float, float]] = {
+    "fast": (1e-3, 1e-4, 1e-2),
+    "standard": (1e-4, 1e-5, 1e-3),
+    "accurate": (1e-5, 1e-6, 1e-4),
+}
+"""rtol, atol_position in m, atol_velocity in m/s; what each keeps is measured by `scripts/accuracy.py`."""
+
+
+@dataclass(frozen=True)
+class SolverOptions:
+    """Tolerances and limits of IDA.
+
+    accuracy : preset of the three tolerances below, each of which overrides it
+    rtol : relative tolerance of positions and velocities
+    atol_position : m; atol_velocity : m/s
+    max_order : of the BDF formulas, 1 to 5
+    max_step : s; none by default
+    products : "frozen" takes each Newton solve for exact, as a direct solver does; "true" lets GMRES iterate
+        with the true Jacobian, which is slower: the check of the former
+
+    Raises InputError for values out of range.
+    """
+
+    accuracy: Accuracy = "standard"
+    rtol: float | None = None
+    atol_position: float | None = None
+    atol_velocity: float | None = None
+    max_order: int = 5
+    max_step: float | None = None
+    products: Literal["frozen", "true"] = "frozen"
+
+    def __post_init__(self) -> None:
+        if self.accuracy not in PRESETS:
+            raise InputError(f"accuracy is {self.accuracy!r}: choose one of {', '.join(PRESETS)}")
+        for name in ("rtol", "atol_position", "atol_velocity", "max_step"):
+            value = getattr(self, name)
+            if value is not None and not (math.isfinite(value) and value > 0):
+                raise InputError(f"{name} is {value:g}: give a finite number above zero")
+        if self.rtol is not None and self.rtol > 0.1:
+            raise InputError(f"rtol is {self.rtol:g}: give 0.1 or less")
+        if not 1 <= self.max_order <= 5:
+            raise InputError(f"max_order is {self.max_order}: the BDF formulas of IDA have order 1 to 5")
+
+    @property
+    def tolerances(self) -> tuple[float, float, float]:
+        """rtol, atol_position and atol_velocity in force."""
+        own = (self.rtol, self.atol_position, self.atol_velocity)
+        preset = PRESETS[self.accuracy]
+        return (
+            preset[0] if own[0] is None else own[0],
+            preset[1] if own[1] is None else own[1],
+            preset[2] if own[2] is None else own[2],
+        )
