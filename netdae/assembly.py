@@ -51,18 +51,17 @@ def scatter_blocks(tangent: FloatArray, places: IntArray, blocks: FloatArray) ->
 
 
 @njit(cache=True)
-def symmetric_product(
-    blocks: FloatArray, rows: IntArray, columns: IntArray, u: FloatArray, out: FloatArray
+def add_symmetric_product(
+    blocks: FloatArray, rows: IntArray, columns: IntArray, factor: float, u: FloatArray, out: FloatArray
 ) -> None:
-    """Product of the symmetric matrix with u (n, 3) into out (n, 3)."""
-    out[:] = 0.0
+    """Out (n, 3) gains `factor` times the symmetric matrix times u (n, 3)."""
     for b in range(len(rows)):
         i, j = rows[b], columns[b]
         for r in range(3):
             for c in range(3):
-                out[i, r] += blocks[b, r, c] * u[j, c]
+                out[i, r] += factor * blocks[b, r, c] * u[j, c]
                 if i != j:
-                    out[j, c] += blocks[b, r, c] * u[i, r]
+                    out[j, c] += factor * blocks[b, r, c] * u[i, r]
 
 
 @njit(cache=True)

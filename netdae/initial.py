@@ -30,7 +30,7 @@ def scaled(
     x̄ is turned with the start, since Eq. (9) takes its directions from x̄.
     """
     turn = Rotation.from_euler("xyz", np.asarray(rotation_deg, dtype=np.float64), degrees=True)
-    turned = net.with_nodes(turn.apply(net.nodes))
+    turned = net.with_nodes(turn.apply(np.array(net.nodes)))  # scipy takes no read-only arrays
     x = turn.apply(net.nodes * np.asarray(scale, dtype=np.float64))
     return turned, State.at(x, np.broadcast_to(np.asarray(velocity, dtype=np.float64), x.shape))
 

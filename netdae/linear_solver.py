@@ -20,12 +20,12 @@ from collections.abc import Callable
 from typing import Protocol
 
 import numpy as np
-import qdldl
+from numba import njit
 from scipy import sparse
 
-from netdae._arrays import FloatArray
-from netdae.assembly import BlockPattern, newton_blocks, symmetric_product
-from netdae.errors import RunError
+from netdae._arrays import BoolArray, FloatArray, IntArray
+from netdae.assembly import BlockPattern, add_symmetric_product, newton_blocks
+from netdae.block_ldl import BlockLdl
 from netdae.system import System
 
 
@@ -37,54 +37,86 @@ class Factorization(Protocol):
         ...
 
     def solve(self, right: FloatArray) -> FloatArray:
-        """Solution (n, 3) for a right-hand side (n, 3)."""
+        """Solution (n, 3) for a right-hand side (n, 3), which may be overwritten."""
         ...
 
 
-class QdldlFactorization:
-    """Sparse LDLᵀ by qdldl in a minimum-degree order; the symbolic part is done once for the pattern."""
+@njit(cache=True)
+def _condense(
+    D: FloatArray,
+    T: FloatArray,
+    rows: IntArray,
+    columns: IntArray,
+    mass: FloatArray,
+    held: BoolArray,
+    any_held: bool,
+    cj: float,
+    r1: FloatArray,
+    r2: FloatArray,
+    right: FloatArray,
+) -> None:
+    """right = r₂ + c_j M r₁ + [D u]_f − [T w]_f, zero on restrained axes."""
+    u, w = np.empty_like(r1), np.zeros_like(r1)
+    for i in range(len(mass)):
+        for c in range(3):
+            right[i, c] = r2[i, c] + cj * mass[i] * r1[i, c]
+            u[i, c] = r1[i, c]
+            if held[i, c]:
+                u[i, c], w[i, c] = -r2[i, c], r1[i, c]
+    add_symmetric_product(D, rows, columns, 1.0, u, right)
+    if any_held:
+        add_symmetric_product(T, rows, columns, -1.0, w, right)
+        for i in range(len(mass)):
+            for c in range(3):
+                if held[i, c]:
+                    right[i, c] = 0.0
 
-    def __init__(self, pattern: BlockPattern) -> None:
-        self._upper, self._places = pattern.upper_csc()
-        self._solver: qdldl.Solver | None = None
 
-    def factor(self, K: FloatArray) -> None:
-        """Factor the matrix with the upper blocks K (b, 3, 3)."""
-        np.take(K.ravel(), self._places, out=self._upper.data)
-        try:
-            if self._solver is None:
-                self._solver = qdldl.Solver(self._upper, upper=True)
+@njit(cache=True)
+def _expand(
+    solution: FloatArray,
+    held: BoolArray,
+    cj: float,
+    scale: float,
+    r1: FloatArray,
+    r2: FloatArray,
+    dx: FloatArray,
+    dv: FloatArray,
+) -> None:
+    """dx and dv = c_j dx − r₁ on free axes, r₁ and r₂ on restrained ones."""
+    for i in range(len(solution)):
+        for c in range(3):
+            if held[i, c]:
+                dx[i, c], dv[i, c] = r1[i, c], r2[i, c]
             else:
-                self._solver.update(self._upper, upper=True)
-        except RuntimeError as error:
-            raise RunError(f"the Newton matrix is singular: {error}") from error
-
-    def solve(self, right: FloatArray) -> FloatArray:
-        """Solution (n, 3) for a right-hand side (n, 3)."""
-        assert self._solver is not None, "factor() comes first"
-        return self._solver.solve(right.ravel()).reshape(-1, 3)
+                dx[i, c] = scale * solution[i, c]
+                dv[i, c] = cj * dx[i, c] - scale * r1[i, c]
 
 
 class CondensedSolver:
-    """Factor J at one state; solve with it at later ones, whose c_j may differ a little."""
+    """Factor J at one state; solve with it at later ones, whose c_j may differ a little.
+
+    factorization : maker of the LDLᵀ of K for a pattern; the place where another one can be put
+    """
 
     def __init__(
-        self, system: System, factorization: Callable[[BlockPattern], Factorization] = QdldlFactorization
+        self, system: System, factorization: Callable[[BlockPattern], Factorization] = BlockLdl
     ) -> None:
-        self._system = system
+        self._pattern = system.pattern
+        self._mass = system.mass
+        self._held = system.restrained
+        self._any_held = bool(system.restrained.any())
         self._factorization = factorization(system.pattern)
-        blocks = len(system.pattern.rows)
-        self._T, self._D, self._K = (np.zeros((blocks, 3, 3)) for _ in range(3))
+        self._T, self._D, self._K = np.zeros((3, len(system.pattern.rows), 3, 3))
+        self._right = np.empty((system.net.node_count, 3))
         self._cj = 0.0
 
     def setup(self, system: System, t: float, x: FloatArray, v: FloatArray, cj: float) -> None:
         """Assemble and factor K at (t, x, v); `system` is the phase that the flight is in."""
+        rows, columns = self._pattern.rows, self._pattern.columns
         self._T, self._D = system.tangent_blocks(t, x, v)
         self._cj = cj
-        pattern = system.pattern
-        newton_blocks(
-            self._T, self._D, system.mass, cj, system.restrained, pattern.rows, pattern.columns, self._K
-        )
+        newton_blocks(self._T, self._D, self._mass, cj, self._held, rows, columns, self._K)
         self._factorization.factor(self._K)
 
     def solve(self, r1: FloatArray, r2: FloatArray, cj: float, dx: FloatArray, dv: FloatArray) -> None:
@@ -92,23 +124,12 @@ class CondensedSolver:
 
         The free part is scaled by 2/(1 + c_j/c_j,setup), as IDA does for direct solvers.
         """
-        system, cj0 = self._system, self._cj
-        held = system.restrained
-        right = r2 + cj0 * system.mass[:, None] * r1
-        work = np.empty_like(right)
-        pattern = system.pattern
-        u = np.where(held, -r2, r1)
-        symmetric_product(self._D, pattern.rows, pattern.columns, u, work)
-        right += work
-        if held.any():
-            symmetric_product(self._T, pattern.rows, pattern.columns, np.where(held, r1, 0.0), work)
-            right -= work
-            right[held] = 0.0
-        scale = 2.0 / (1.0 + cj / cj0)
-        dx[:] = scale * self._factorization.solve(right)
-        dv[:] = cj0 * dx - scale * r1
-        dx[held] = r1[held]
-        dv[held] = r2[held]
+        rows, columns, cj0 = self._pattern.rows, self._pattern.columns, self._cj
+        _condense(
+            self._D, self._T, rows, columns, self._mass, self._held, self._any_held, cj0, r1, r2, self._right
+        )
+        solution = self._factorization.solve(self._right)
+        _expand(solution, self._held, cj0, 2.0 / (1.0 + cj / cj0), r1, r2, dx, dv)
 
 
 def full_jacobian(system: System, t: float, x: FloatArray, v: FloatArray, cj: float) -> sparse.csr_matrix:
