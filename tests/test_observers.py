@@ -1,0 +1,235 @@
+"""The table, the checkpoint, kept frames and the progress of a flight."""
+
+from __future__ import annotations
+
+import io
+import logging
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from netdae.damping import Dashpot
+from netdae.errors import InputError, RunError
+from netdae.material import Material
+from netdae.metrics import COLUMNS, DeploymentMetrics
+from netdae.net import CableNet
+from netdae.observers import Checkpoint, MetricsCsv, Progress, Recorder, read_checkpoint
+from netdae.simulate import simulate
+from netdae.state import Books, State, Trajectory
+from netdae.system import System
+
+SYSTEM = System(
+    CableNet.square(side=5.0, cells=4),
+    Material(youngs_modulus=70e9, density=1390.0, diameter=1e-3),
+    damping=Dashpot(viscosity_time=1e-5),
+)
+
+
+def state_at(t: float, seed: int = 0) -> State:
+    rng = np.random.default_rng(seed)
+    x, v, a = rng.normal(size=(3, 25, 3))
+    return State(
+        t, x, v, a, Books(*rng.uniform(size=2).tolist(), tuple(rng.normal(size=3).tolist()), 40.0 * t)
+    )
+
+
+def test_the_table_holds_each_row_to_the_last_digit_as_soon_as_it_is_known(tmp_path: Path) -> None:
+    path = tmp_path / "new" / "metrics.csv"
+    metrics = DeploymentMetrics()
+    table = MetricsCsv(path, metrics)
+    observers = [table, metrics]  # in the worse order
+    for observer in observers:
+        observer.begin(SYSTEM)
+    for k in range(5):
+        for observer in observers:
+            observer(state_at(0.1 * k, seed=k))
+        lines = path.read_text().splitlines()
+        assert lines[0] == ",".join(COLUMNS)
+        assert [tuple(map(float, line.split(","))) for line in lines[1:]] == metrics.rows
+    table.end()
+    table.end()
+    with pytest.raises(RuntimeError, match="before begin"):
+        table(state_at(1.0))
+
+
+def test_columns_without_a_mouth_are_nan_for_numpy_and_stay_in_place(tmp_path: Path) -> None:
+    metrics = DeploymentMetrics(mouth=None)
+    table = MetricsCsv(tmp_path / "metrics.csv", metrics)
+    metrics.begin(SYSTEM)
+    table.begin(SYSTEM)
+    table(state_at(0.5))
+    table.end()
+    read = np.genfromtxt(tmp_path / "metrics.csv", delimiter=",", names=True)
+    assert np.isnan(read["mouth_area"])
+    assert read["time"] == 0.5
+    assert read["max_tension"] >= 20.0
+
+
+def test_a_checkpoint_gives_the_last_state_back_to_the_last_digit(tmp_path: Path) -> None:
+    checkpoint = Checkpoint(tmp_path / "new" / "checkpoint.npz")
+    checkpoint.begin(SYSTEM)
+    for t in (0.1, 1 / 3):
+        state = state_at(t, seed=3)
+        checkpoint(state)
+        read = read_checkpoint(checkpoint.path)
+        assert (read.t, read.books) == (state.t, state.books)
+        for name in "xva":
+            assert np.array_equal(getattr(read, name), getattr(state, name))
+    assert [file.name for file in checkpoint.path.parent.iterdir()] == ["checkpoint.npz"]
+    checkpoint.begin(SYSTEM)
+    assert not checkpoint.path.exists()
+
+
+def test_a_killed_run_leaves_a_whole_checkpoint_and_whole_rows(tmp_path: Path) -> None:
+    rng = np.random.default_rng(12)
+    for k, delay in enumerate(rng.uniform(0.005, 0.05, 8)):
+        folder = tmp_path / str(k)
+        pid = os.fork()
+        if pid == 0:
+            try:
+                metrics = DeploymentMetrics()
+                observers = [
+                    metrics,
+                    MetricsCsv(folder / "metrics.csv", metrics),
+                    Checkpoint(folder / "c.npz"),
+                ]
+                for observer in observers:
+                    observer.begin(SYSTEM)
+                for i in range(10**6):
+                    for observer in observers:
+                        observer(state_at(float(i), seed=i % 3))
+            finally:
+                os._exit(1)
+        while not (folder / "c.npz").exists():
+            time.sleep(1e-3)
+        time.sleep(delay)
+        os.kill(pid, signal.SIGKILL)
+        assert os.WTERMSIG(os.waitpid(pid, 0)[1]) == signal.SIGKILL
+        text = (folder / "metrics.csv").read_text()
+        assert text.endswith("\n")
+        rows = [line.split(",") for line in text.splitlines()[1:]]
+        assert {len(row) for row in rows} == {len(COLUMNS)}
+        state = read_checkpoint(folder / "c.npz")
+        assert len(rows) - 2 <= state.t <= len(rows) - 1  # the row of a frame comes before its checkpoint
+        assert np.array_equal(state.x, state_at(0.0, seed=int(state.t) % 3).x)
+
+
+def test_a_run_that_failed_leaves_its_frames_behind(tmp_path: Path) -> None:
+    recorder = Recorder(tmp_path / "new" / "trajectory.npz")
+    recorder.begin(SYSTEM)
+    recorder.end()  # failed before the first frame
+    assert not recorder.path.exists()
+    recorder(state_at(0.0, seed=1))
+    recorder(state_at(0.5, seed=2))
+    recorder.end()
+    read = Trajectory.load(recorder.path)
+    assert np.array_equal(read.times, [0.0, 0.5])
+    assert np.array_equal(read[1].x, state_at(0.5, seed=2).x)
+    assert read[1].books == state_at(0.5, seed=2).books
+
+
+def fly(progress: Progress, times: np.ndarray) -> None:
+    progress.begin(SYSTEM)
+    try:
+        for t in times:
+            state = State(float(t), *np.zeros((3, 1, 3)))
+            progress.watch(state)
+            progress(state)
+    finally:
+        progress.end()
+
+
+def test_a_terminal_shows_a_bar_with_time_and_steps_and_gets_its_cursor_back() -> None:
+    out = io.StringIO()
+    progress = Progress(2.0, console=Console(file=out, force_terminal=True, width=100))
+    fly(progress, np.linspace(0, 2, 41))
+    assert progress.step_count == 40
+    last = out.getvalue().split("\r")[-1]
+    assert "t = 2 s of 2 s" in last
+    assert "40 steps" in last
+    assert out.getvalue().count("\x1b[?25l") == out.getvalue().count("\x1b[?25h") == 1  # cursor hidden, shown
+    progress.end()
+
+
+def test_the_bar_is_taken_down_when_a_run_fails_early() -> None:
+    out = io.StringIO()
+    progress = Progress(2.0, console=Console(file=out, force_terminal=True, width=100))
+    progress.begin(SYSTEM)
+    progress.end()
+    assert out.getvalue().count("\x1b[?25h") == 1
+    Progress(1.0).end()  # never begun
+
+
+def test_elsewhere_progress_is_ten_log_lines_and_nothing_is_printed(
+    caplog: pytest.LogCaptureFixture, capfd: pytest.CaptureFixture[str]
+) -> None:
+    progress = Progress(3.0, console=Console(file=io.StringIO()), title="net")
+    with caplog.at_level(logging.INFO, logger="netdae.observers"):
+        fly(progress, np.linspace(1, 3, 1001))
+    lines = [record.getMessage() for record in caplog.records]
+    assert len(lines) == 10
+    assert lines[4].startswith("net: t = 2 s of 3 s, 500 steps, ")
+    assert lines[-1].startswith("net: t = 3 s of 3 s, 1000 steps, 0.0 s left")
+    assert capfd.readouterr() == ("", "")
+
+
+def test_rich_is_imported_only_by_a_bar() -> None:
+    code = "import sys, netdae.observers as o; o.Progress(1.0); assert 'rich' not in sys.modules"
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_wrong_places_and_files_are_refused_in_one_line(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("no folder")
+    for observer in (
+        MetricsCsv(tmp_path / "file" / "m.csv", DeploymentMetrics()),
+        Checkpoint(tmp_path / "file" / "c"),
+    ):
+        with pytest.raises(InputError, match=r"cannot be written: .*: choose another output folder"):
+            observer.begin(SYSTEM)
+    with pytest.raises(InputError, match="cannot be read: No such file"):
+        read_checkpoint(tmp_path / "c.npz")
+    np.savez(tmp_path / "other.npz", x=1.0)
+    for name, content in (
+        ("file", None),
+        ("other.npz", None),
+        ("cut.npz", b"PK\x03\x04"),
+        ("empty.npz", b""),
+    ):
+        if content is not None:
+            (tmp_path / name).write_bytes(content)
+        with pytest.raises(InputError, match="is not a checkpoint of netdae"):
+            read_checkpoint(tmp_path / name)
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a disk that is always full")
+def test_a_full_disk_is_one_clear_error(tmp_path: Path) -> None:
+    checkpoint = Checkpoint(tmp_path / "c.npz")
+    (tmp_path / "c.npz.part").symlink_to("/dev/full")
+    with pytest.raises(RunError, match=r"checkpoint at t = 0.5 s could not be written .* No space left"):
+        checkpoint(state_at(0.5))
+
+
+def test_the_number_of_frames_of_a_flight_changes_no_figure(tmp_path: Path) -> None:
+    net = SYSTEM.net
+    x = net.nodes * [0.9, 0.9, 1.0] + np.random.default_rng(1).normal(0, 1e-6, net.nodes.shape)
+    start = State(0.0, x, 2.0 * net.nodes, np.zeros_like(x))
+    summaries, frames = [], []
+    for count in (2, 9):
+        metrics = DeploymentMetrics()
+        recorder = Recorder()
+        table = MetricsCsv(tmp_path / "metrics.csv", metrics)
+        flight = simulate(SYSTEM, start, np.linspace(0, 0.06, count), observers=[recorder, table, metrics])
+        summaries.append(metrics.summary())
+        frames.append(metrics.table()["max_tension"])
+        assert len(recorder.states) == len(flight) == len(metrics.rows) == count
+    assert summaries[0] == summaries[1]
+    assert summaries[0]["peak_tension"] > 1.0  # it has come taut
+    # the rows tell the peaks between them: the largest of few rows is the largest of many
+    assert frames[0].max() == frames[1].max() == pytest.approx(summaries[0]["peak_tension"], rel=1e-12)
