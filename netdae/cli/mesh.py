@@ -1,0 +1,107 @@
+"""`netdae mesh`: generate a net and write it to a mesh file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import App, Parameter
+
+if TYPE_CHECKING:
+    from netdae.net import CableNet
+
+app = App(name="mesh", help="Generate a net in the xy plane, centred at the origin.")
+
+Output = Annotated[Path, Parameter(name=["--output", "-o"], help="File: .vtu .vtk .msh .xdmf or .inp.")]
+Subdivide = Annotated[int, Parameter(help="Pieces that each cable is cut into.")]
+Overwrite = Annotated[bool, Parameter(negative="", help="Replace the file if it exists.")]
+Side = Annotated[float, Parameter(help="Side of the net, m.")]
+Radius = Annotated[float, Parameter(help="Distance from the centre to the corners, m.")]
+
+
+@app.command
+def square(
+    *,
+    side: Side,
+    cells: Annotated[int, Parameter(help="Meshes along a side.")],
+    output: Output,
+    subdivide: Subdivide = 1,
+    overwrite: Overwrite = False,
+) -> None:
+    """Square net with square meshes."""
+    from netdae.net import CableNet
+
+    _write(CableNet.square(side=side, cells=cells, subdivide=subdivide), output, overwrite)
+
+
+@app.command
+def rectangle(
+    *,
+    width: Annotated[float, Parameter(help="Length along x, m.")],
+    height: Annotated[float, Parameter(help="Length along y, m.")],
+    columns: Annotated[int, Parameter(help="Meshes along x.")],
+    rows: Annotated[int, Parameter(help="Meshes along y.")],
+    output: Output,
+    subdivide: Subdivide = 1,
+    overwrite: Overwrite = False,
+) -> None:
+    """Rectangular net with rectangular meshes."""
+    from netdae.net import CableNet
+
+    net = CableNet.rectangle(width=width, height=height, columns=columns, rows=rows, subdivide=subdivide)
+    _write(net, output, overwrite)
+
+
+@app.command
+def hexagon(
+    *,
+    radius: Radius,
+    rings: Annotated[int, Parameter(help="Rings of triangles about the centre.")],
+    output: Output,
+    subdivide: Subdivide = 1,
+    overwrite: Overwrite = False,
+) -> None:
+    """Hexagonal net with triangular meshes."""
+    from netdae.net import CableNet
+
+    _write(CableNet.hexagon(radius=radius, rings=rings, subdivide=subdivide), output, overwrite)
+
+
+@app.command
+def radial(
+    *,
+    radius: Radius,
+    rings: Annotated[int, Parameter(help="Closed rings, the border among them.")],
+    spokes: Annotated[int, Parameter(help="Cables from the centre to the border.")],
+    output: Output,
+    subdivide: Subdivide = 1,
+    overwrite: Overwrite = False,
+) -> None:
+    """Spider-web net of spokes and rings."""
+    from netdae.net import CableNet
+
+    _write(CableNet.radial(radius=radius, rings=rings, spokes=spokes, subdivide=subdivide), output, overwrite)
+
+
+@app.command
+def diamond(
+    *,
+    side: Side,
+    cells: Annotated[int, Parameter(help="Diagonals of meshes along a side.")],
+    output: Output,
+    subdivide: Subdivide = 1,
+    overwrite: Overwrite = False,
+) -> None:
+    """Square net whose meshes stand on their corners."""
+    from netdae.net import CableNet
+
+    _write(CableNet.diamond(side=side, cells=cells, subdivide=subdivide), output, overwrite)
+
+
+def _write(net: CableNet, output: Path, overwrite: bool) -> None:
+    from netdae.mesh_io import write_net
+
+    write_net(net, output, overwrite=overwrite)
+    print(
+        f"{output}: {net.node_count} nodes, {net.cable_count} cables, {net.rest_length.sum():.6g} m of cord"
+    )
