@@ -69,6 +69,7 @@ class Dashpot:
         """τ of every cable, (m,), s."""
         if self.viscosity_time is not None:
             return np.full(net.cable_count, self.viscosity_time)
+        assert self.zeta is not None
         return self.zeta * net.rest_length * np.sqrt(cords.linear_density / cords.axial_stiffness)
 
     def forces(self, net: CableNet, cords: Cords, mass: FloatArray) -> list[Force]:

@@ -16,11 +16,13 @@ import os
 import sys
 from collections import Counter, defaultdict
 from time import perf_counter
+from typing import TextIO
 
 # SUNDIALS writes warnings to C's stderr unless told otherwise before its first context
 os.environ.setdefault("SUNLOGGER_WARNING_FILENAME", os.devnull)
 
 import numpy as np
+from sksundae import SUNDIALS_VERSION as SUNDIALS_VERSION
 from sksundae.ida import IDA, IDAJacTimes, IDAPrecond
 
 from netdae._arrays import FloatArray
@@ -183,7 +185,8 @@ class IdaSolver:
         weighted = np.abs(self._correction) / self._atol  # of the last Newton correction
         part, node, axis = np.unravel_index(int(np.argmax(weighted)), self._shape)
         what = ("position", "velocity")[int(part)]
-        text = f"the run failed at t = {self._t:.9g} s: {reason}; worst is the {what} of node {node} along {'xyz'[axis]}"
+        text = f"the run failed at t = {self._t:.9g} s: {reason}; worst is the {what} of node {node}"
+        text += f" along {'xyz'[axis]}"
         cables = np.flatnonzero((self._system.net.cables == node).any(axis=1))
         if len(cables):
             text += f", where cables {', '.join(map(str, cables))} end"
@@ -193,7 +196,7 @@ class IdaSolver:
 class _Filter(io.TextIOBase):
     """Hands text on, but SUNDIALS' error notes, which scikit-sundae prints, go to the log."""
 
-    def __init__(self, stream: io.TextIOBase) -> None:
+    def __init__(self, stream: TextIO) -> None:
         self._stream = stream
         self._swallowed = False
 
@@ -212,4 +215,4 @@ class _Filter(io.TextIOBase):
 
 
 def _quiet() -> contextlib.AbstractContextManager[object]:
-    return contextlib.redirect_stdout(_Filter(sys.stdout))  # type: ignore[type-var]
+    return contextlib.redirect_stdout(_Filter(sys.stdout))

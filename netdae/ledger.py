@@ -41,7 +41,7 @@ class Ledger:
         self._dissipated = start.books.dissipated_energy
         self._work = start.books.external_work
         self._impulse = np.array(start.books.external_impulse)
-        self._peak = float(system.tension(start.x).max())
+        self._peak = system.peak_tension(start.x)
         self.impulses: list[tuple[float, FloatArray]] = []
 
     def advance(self, state: State) -> Books:
@@ -51,7 +51,7 @@ class Ledger:
         self._dissipated += dissipated
         self._work += work
         self._impulse = self._impulse + impulse
-        self._peak = max(self._peak, float(self._system.tension(state.x).max()))
+        self._peak = max(self._peak, self._system.peak_tension(state.x))
         self._last, self._rates = state, rates
         return self.books()
 
@@ -65,7 +65,7 @@ class Ledger:
             shares = (0.0, 0.0, np.zeros(3))
         else:
             shares = self._share(state, self._rates_at(state.t, state.x, state.v, state.a))
-        peak = max(self._peak, float(self._system.tension(state.x).max()))
+        peak = max(self._peak, self._system.peak_tension(state.x))
         self._peak = 0.0
         return self._told(*shares, peak)
 
@@ -85,8 +85,8 @@ class Ledger:
         x = 0.5 * (last.x + state.x) + 0.125 * h * (last.v - state.v)
         v = 1.5 / h * (state.x - last.x) - 0.25 * (last.v + state.v)
         middle = self._rates_at(last.t + 0.5 * h, x, v, None)
-        simpson = [h / 6 * (a + 4 * b + c) for a, b, c in zip(self._rates, middle, rates, strict=True)]
-        return simpson[0], simpson[1], simpson[2]
+        (d0, w0, p0), (d1, w1, p1), (d2, w2, p2) = self._rates, middle, rates
+        return h / 6 * (d0 + 4 * d1 + d2), h / 6 * (w0 + 4 * w1 + w2), h / 6 * (p0 + 4 * p1 + p2)
 
     def _rates_at(self, t: float, x: FloatArray, v: FloatArray, a: FloatArray | None) -> _Rates:
         _, dissipated, external = self._system.account(t, x, v)

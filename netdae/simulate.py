@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack
 from typing import Any
 
 from netdae._arrays import FloatArray
-from netdae.integrate import integrate
+from netdae.integrate import Integration, Watch, integrate
 from netdae.options import SolverOptions
 from netdae.state import State, Trajectory
 from netdae.system import System
@@ -28,19 +29,24 @@ def simulate(
 
     Raises InputError for a start that cannot be flown, RunError for a run that fails.
     """
-    watch = [observer.watch for observer in observers if hasattr(observer, "watch")]
-    run = integrate(system, start, times, options=options, watch=watch)
-    states: list[State] = []
-    try:
+    run = integrate(system, start, times, options=options, watch=watches_of(observers))
+    return Trajectory.of(list(shown(run, system, observers)), run.statistics)
+
+
+def watches_of(observers: Sequence[Any]) -> tuple[Watch, ...]:
+    """The `watch` methods of the observers that have one."""
+    return tuple(observer.watch for observer in observers if hasattr(observer, "watch"))
+
+
+def shown(run: Integration, system: System, observers: Sequence[Any]) -> Iterator[State]:
+    """The States of a run, each shown to the observers first; they begin and end with the run."""
+    with ExitStack() as ends:
         for observer in observers:
+            if hasattr(observer, "end"):
+                ends.callback(observer.end)
             if hasattr(observer, "begin"):
                 observer.begin(system)
         for state in run:
-            states.append(state)
             for observer in observers:
                 observer(state)
-    finally:
-        for observer in observers:
-            if hasattr(observer, "end"):
-                observer.end()
-    return Trajectory.of(states, run.statistics)
+            yield state

@@ -114,13 +114,13 @@ class System:
 
     def jumps_within(self, begin: float, end: float) -> list[float]:
         """Times at which a load jumps or a motion changes its velocity abruptly."""
-        sources = [*self.forces, *(r.motion for r in self.restraints)]
-        return times_within([t for source in sources for t in source.jumps], begin, end)
+        jumps = [*(f.jumps for f in self.forces), *(r.motion.jumps for r in self.restraints)]
+        return times_within([t for times in jumps for t in times], begin, end)
 
     def kinks_within(self, begin: float, end: float) -> list[float]:
         """Times at which only the rate of a load or an acceleration jumps."""
-        sources = [*self.forces, *(r.motion for r in self.restraints)]
-        return times_within([t for source in sources for t in source.kinks], begin, end)
+        kinks = [*(f.kinks for f in self.forces), *(r.motion.kinks for r in self.restraints)]
+        return times_within([t for times in kinks for t in times], begin, end)
 
     def check_covers(self, begin: float, end: float) -> None:
         """Raise InputError where the table of a load or motion does not reach over the flight."""
@@ -211,8 +211,7 @@ class System:
 
     def elastic_energy(self, x: FloatArray) -> float:
         """Stored energy of all cables, J."""
-        xe = x[self.net.cables]
-        return self.cables.account(0.0, xe, np.zeros_like(xe)).stored_energy
+        return self.cables.energy_and_peak(x)[0]
 
     def momentum(self, v: FloatArray) -> FloatArray:
         """Σ m v, (3,), N s."""
@@ -250,6 +249,10 @@ class System:
             self.cords.axial_stiffness * self.cables.stress_ratio(E11) * np.sqrt(np.maximum(1 + 2 * E11, 0.0))
         )
 
+    def peak_tension(self, x: FloatArray) -> float:
+        """Largest tension of all cables, N."""
+        return self.cables.energy_and_peak(x)[1]
+
     # The paper's matrices, see `matrices`
 
     def mass_matrix(self) -> sparse.csr_matrix:
@@ -283,7 +286,8 @@ class System:
 def _mass_of(net: CableNet, cords: Cords, masses: Mapping[str, float]) -> FloatArray:
     """Knots, ½ ρ̄L̄Ā from each cable by Eq. (7), and bullets, (n,), kg."""
     half = 0.5 * cords.linear_density * net.rest_length
-    mass = np.bincount(net.cables.ravel(), weights=np.repeat(half, 2), minlength=net.node_count)
+    mass = np.zeros(net.node_count)
+    np.add.at(mass, net.cables.ravel(), np.repeat(half, 2))
     for group, value in masses.items():
         if not (math.isfinite(value) and value >= 0):
             raise InputError(f"mass of group {group!r} is {value:g} kg: give a finite number, zero or more")

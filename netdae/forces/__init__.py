@@ -1,0 +1,1 @@
+"""Forces, one small class each, that know their own elements only."""

@@ -153,6 +153,21 @@ def _stress_ratios(E11: FloatArray, eps: FloatArray, engineering: BoolArray, rat
         ratio[e] = law_of(E11[e], eps[e], engineering[e])[0]
 
 
+@njit(cache=True)
+def _energy_and_peak(
+    x: FloatArray, nodes: IntArray, L: FloatArray, EA: FloatArray, eps: FloatArray, engineering: BoolArray
+) -> tuple[float, float]:
+    stored = peak = 0.0
+    for e in range(len(L)):
+        i, j = nodes[e]
+        E11 = strain_of(x[j, 0] - x[i, 0], x[j, 1] - x[i, 1], x[j, 2] - x[i, 2], L[e])
+        if E11 >= 0.0:
+            g, _, _, energy = law_of(E11, eps[e], engineering[e])
+            stored += EA[e] * L[e] * energy
+            peak = max(peak, EA[e] * g * np.sqrt(1.0 + 2.0 * E11))
+    return stored, peak
+
+
 @dataclass(frozen=True, eq=False)
 class Cables:
     """All cables of a net as one force with k = 2.
@@ -188,6 +203,10 @@ class Cables:
     def account(self, t: float, x: FloatArray, v: FloatArray) -> Account:
         """Elastic energy and the dashpot's power, (S11 − g) Ė11 Ā L̄ with the S11 that is not below zero."""
         return Account(*_account(x, v, self.L, self.EA, self.eps, self.engineering, self.tau))
+
+    def energy_and_peak(self, x: FloatArray) -> tuple[float, float]:
+        """Stored energy in J and largest tension in N from the positions of all nodes (n, 3)."""
+        return _energy_and_peak(x, self.nodes, self.L, self.EA, self.eps, self.engineering)
 
     def strain(self, x: FloatArray) -> FloatArray:
         """E11 (m,) from the positions of all nodes (n, 3)."""
