@@ -52,7 +52,7 @@ def figures_of(
     figures: dict[str, Any] = {"end_time": float(h["time"][-1])}
     warnings: list[str] = []
     if mouth:
-        figures |= _mouth_figures(h)
+        figures |= _mouth_figures(h, warnings)
     if corners:
         figures |= _corner_figures(h)
     figures["final_distance"] = float(h["distance"][-1])
@@ -99,10 +99,15 @@ def time_quantile(times: FloatArray, values: FloatArray, share: float) -> float:
     return low + (high - low) * (target - start) / (before - start)
 
 
-def _mouth_figures(h: Mapping[str, FloatArray]) -> dict[str, Any]:
+def _mouth_figures(h: Mapping[str, FloatArray], warnings: list[str]) -> dict[str, Any]:
     times, areas = h["time"], h["mouth_area"]
     k = int(areas.argmax())
     largest = float(areas[k])
+    if k > 0 and k == len(areas) - 1:
+        warnings.append(
+            f"the mouth is largest at the end of the flight, {largest:.4g} m² at t = {times[k]:.4g} s: "
+            "it may open further, so fly longer"
+        )
     over = float(times[-1] - times[0]) - time_below(times, areas, 0.8 * largest)
     return {
         "largest_mouth_area": largest,
@@ -159,7 +164,7 @@ def _toe_figures(h: Mapping[str, FloatArray], warnings: list[str]) -> dict[str, 
 def _energy_figures(h: Mapping[str, FloatArray], warnings: list[str]) -> dict[str, Any]:
     energy = h["kinetic_energy"] + h["elastic_energy"]
     less_work = energy - h["external_work"]
-    rise = less_work - less_work[0]
+    rise = less_work - np.minimum.accumulate(less_work)  # a passive net never gains any
     residual = less_work + h["dissipated_energy"]
     residual = residual - residual[0]
     largest = float(energy.max())
@@ -174,7 +179,7 @@ def _energy_figures(h: Mapping[str, FloatArray], warnings: list[str]) -> dict[st
     if rise_share > 0.001:
         warnings.append(
             f"kinetic + elastic energy less the external work rises {100 * rise_share:.2g} % of the largest "
-            f"over its start at t = {h['time'][j]:.4g} s, more than 0.1 %: a finer accuracy is needed"
+            f"until t = {h['time'][j]:.4g} s, more than 0.1 %: a finer accuracy is needed"
         )
     return {
         "final_kinetic_energy": float(h["kinetic_energy"][-1]),

@@ -392,6 +392,17 @@ def test_energy_warnings_come_just_over_their_limits() -> None:
         figures = figures_of(history(time=times, kinetic_energy=100 + work, external_work=booked))
         assert figures["energy_rise_share"] == pytest.approx(rise, abs=1e-15)
         assert len(figures["warnings"]) == (rise > 0)
+    # energy that comes back after a loss is a rise too: 100, 90, 92
+    sunk = figures_of(history(time=times[:3], kinetic_energy=np.array([100.0, 90.0, 92.0])))
+    assert sunk["energy_rise_share"] == pytest.approx(0.02)
+
+
+def test_a_mouth_that_is_largest_at_the_end_is_warned_of() -> None:
+    times = np.array([0.0, 1.0, 2.0])
+    opening = figures_of(history(time=times, mouth_area=np.array([1.0, 2.0, 3.0])))
+    assert "fly longer" in opening["warnings"][0]
+    closing = figures_of(history(time=times, mouth_area=np.array([1.0, 3.0, 2.0])))
+    assert closing["warnings"] == []
 
 
 def test_the_toe_share_is_measured_in_taut_time_and_warned_of_over_half() -> None:
