@@ -34,28 +34,58 @@ def scatter_add(local: FloatArray, nodes: IntArray, values: FloatArray) -> None:
 
 
 @njit(cache=True)
-def scatter_blocks(tangent: FloatArray, places: IntArray, blocks: FloatArray) -> None:
-    """Σ Aₑᵀ (·)ₑ Aₑ of Eq. (8): blocks (b, 3, 3) lose the symmetric part of tangent (m, k, 3, k, 3).
+def scatter_blocks(K: FloatArray, C: FloatArray, places: IntArray, T: FloatArray, D: FloatArray) -> None:
+    """Σ Aₑᵀ (·)ₑ Aₑ of Eq. (8): T and D (b, 3, 3) lose the symmetric parts of K and C (m, k, 3, k, 3).
 
     A tangent is the derivative of a force, a matrix of the net its negative: hence the minus sign.
     """
+    k = places.shape[1]
     for e in range(places.shape[0]):
-        for i in range(places.shape[1]):
-            for j in range(places.shape[2]):
+        if not (_any(K[e]) or _any(C[e])):  # most cables are slack
+            continue
+        for i in range(k):
+            for j in range(k):
                 place = places[e, i, j]
                 if place < 0:
                     continue
                 for r in range(3):
                     for c in range(3):
-                        blocks[place, r, c] -= 0.5 * (tangent[e, i, r, j, c] + tangent[e, j, c, i, r])
+                        T[place, r, c] -= 0.5 * (K[e, i, r, j, c] + K[e, j, c, i, r])
+                        D[place, r, c] -= 0.5 * (C[e, i, r, j, c] + C[e, j, c, i, r])
+
+
+@njit(cache=True)
+def _any(values: FloatArray) -> bool:
+    found = False
+    for value in values.flat:
+        found = found or value != 0.0
+    return found
+
+
+@njit(cache=True)
+def blocks_present(blocks: FloatArray) -> IntArray:
+    """Indices of the blocks (b, 3, 3) that are not zero."""
+    present = np.empty(len(blocks), dtype=np.int64)
+    count = 0
+    for b in range(len(blocks)):
+        if _any(blocks[b]):
+            present[count] = b
+            count += 1
+    return present[:count].copy()
 
 
 @njit(cache=True)
 def add_symmetric_product(
-    blocks: FloatArray, rows: IntArray, columns: IntArray, factor: float, u: FloatArray, out: FloatArray
+    blocks: FloatArray,
+    present: IntArray,
+    rows: IntArray,
+    columns: IntArray,
+    factor: float,
+    u: FloatArray,
+    out: FloatArray,
 ) -> None:
-    """Out (n, 3) gains `factor` times the symmetric matrix times u (n, 3)."""
-    for b in range(len(rows)):
+    """Out (n, 3) gains `factor` times the symmetric matrix of the blocks `present` times u (n, 3)."""
+    for b in present:
         i, j = rows[b], columns[b]
         for r in range(3):
             for c in range(3):
@@ -75,17 +105,17 @@ def newton_blocks(
     columns: IntArray,
     K: FloatArray,
 ) -> None:
-    """K = c_j² M + c_j D + T with rows and columns of restrained axes zeroed and 1 on their diagonal."""
+    """K = c_j² M + c_j D + T with rows and columns of restrained axes zeroed but for their diagonal."""
     for b in range(len(rows)):
         i, j = rows[b], columns[b]
         for r in range(3):
             for c in range(3):
+                K[b, r, c] = cj * D[b, r, c] + T[b, r, c]
                 if mask[i, r] or mask[j, c]:
-                    K[b, r, c] = 1.0 if i == j and r == c else 0.0
-                else:
-                    K[b, r, c] = cj * D[b, r, c] + T[b, r, c]
-                    if i == j and r == c:
-                        K[b, r, c] += cj * cj * mass[i]
+                    K[b, r, c] = 0.0
+            if i == j:
+                # with c_j² m too, a restrained axis stays near the other pivots in the smallest steps
+                K[b, r, r] = (1.0 if mask[i, r] else K[b, r, r]) + cj * cj * mass[i]
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,7 +24,7 @@ from numba import njit
 from scipy import sparse
 
 from netdae._arrays import BoolArray, FloatArray, IntArray
-from netdae.assembly import BlockPattern, add_symmetric_product, newton_blocks
+from netdae.assembly import BlockPattern, add_symmetric_product, blocks_present, newton_blocks
 from netdae.block_ldl import BlockLdl
 from netdae.system import System
 
@@ -44,12 +44,13 @@ class Factorization(Protocol):
 @njit(cache=True)
 def _condense(
     D: FloatArray,
+    D_present: IntArray,
     T: FloatArray,
+    T_present: IntArray,
     rows: IntArray,
     columns: IntArray,
     mass: FloatArray,
     held: BoolArray,
-    any_held: bool,
     cj: float,
     r1: FloatArray,
     r2: FloatArray,
@@ -63,9 +64,9 @@ def _condense(
             u[i, c] = r1[i, c]
             if held[i, c]:
                 u[i, c], w[i, c] = -r2[i, c], r1[i, c]
-    add_symmetric_product(D, rows, columns, 1.0, u, right)
-    if any_held:
-        add_symmetric_product(T, rows, columns, -1.0, w, right)
+    add_symmetric_product(D, D_present, rows, columns, 1.0, u, right)
+    if len(T_present):
+        add_symmetric_product(T, T_present, rows, columns, -1.0, w, right)
         for i in range(len(mass)):
             for c in range(3):
                 if held[i, c]:
@@ -105,9 +106,9 @@ class CondensedSolver:
         self._pattern = system.pattern
         self._mass = system.mass
         self._held = system.restrained
-        self._any_held = bool(system.restrained.any())
         self._factorization = factorization(system.pattern)
         self._T, self._D, self._K = np.zeros((3, len(system.pattern.rows), 3, 3))
+        self._T_present = self._D_present = np.arange(0)
         self._right = np.empty((system.net.node_count, 3))
         self._cj = 0.0
 
@@ -115,6 +116,9 @@ class CondensedSolver:
         """Assemble and factor K at (t, x, v); `system` is the phase that the flight is in."""
         rows, columns = self._pattern.rows, self._pattern.columns
         self._T, self._D = system.tangent_blocks(t, x, v)
+        self._D_present = blocks_present(self._D)
+        if self._held.any():
+            self._T_present = blocks_present(self._T)
         self._cj = cj
         newton_blocks(self._T, self._D, self._mass, cj, self._held, rows, columns, self._K)
         self._factorization.factor(self._K)
@@ -124,9 +128,20 @@ class CondensedSolver:
 
         The free part is scaled by 2/(1 + c_j/c_j,setup), as IDA does for direct solvers.
         """
-        rows, columns, cj0 = self._pattern.rows, self._pattern.columns, self._cj
+        pattern, cj0 = self._pattern, self._cj
         _condense(
-            self._D, self._T, rows, columns, self._mass, self._held, self._any_held, cj0, r1, r2, self._right
+            self._D,
+            self._D_present,
+            self._T,
+            self._T_present,
+            pattern.rows,
+            pattern.columns,
+            self._mass,
+            self._held,
+            cj0,
+            r1,
+            r2,
+            self._right,
         )
         solution = self._factorization.solve(self._right)
         _expand(solution, self._held, cj0, 2.0 / (1.0 + cj / cj0), r1, r2, dx, dv)

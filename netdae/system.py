@@ -172,8 +172,7 @@ class System:
         for placed, xe, ve in self._gathered(x, v):
             if placed.blocks is not None:
                 K, C = placed.force.tangent(self.inside(t), xe, ve)
-                scatter_blocks(K, placed.blocks, T)
-                scatter_blocks(C, placed.blocks, D)
+                scatter_blocks(K, C, placed.blocks, T, D)
         return T, D
 
     def tangent_product(

@@ -96,12 +96,16 @@ def _tangents(
         d = x[e, 1] - x[e, 0]
         E11 = strain_of(d[0], d[1], d[2], L[e])
         if E11 < 0.0:
+            K[e] = 0.0
+            C[e] = 0.0
             continue
         g, dg, ddg, _ = law_of(E11, eps[e], engineering[e])
         w = v[e, 1] - v[e, 0]
         rate = (d[0] * w[0] + d[1] * w[1] + d[2] * w[2]) / (L[e] * L[e])
         S11 = g + tau[e] * dg * rate
         if S11 < 0.0:
+            K[e] = 0.0
+            C[e] = 0.0
             continue
         q, c = S11 * EA[e] / L[e], EA[e] / L[e] ** 3
         for a in range(3):
@@ -195,8 +199,7 @@ class Cables:
 
     def tangent(self, t: float, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         """∂f/∂x, minus Eq. (6) without dashpot, and ∂f/∂v, each (m, 2, 3, 2, 3)."""
-        K = np.zeros((len(x), 2, 3, 2, 3))
-        C = np.zeros_like(K)
+        K, C = np.empty((2, len(x), 2, 3, 2, 3))
         _tangents(x, v, self.L, self.EA, self.eps, self.engineering, self.tau, K, C)
         return K, C
 
