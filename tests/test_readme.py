@@ -1,0 +1,164 @@
+"""The README's commands and examples, and every script, run: small, but as they stand."""
+
+from __future__ import annotations
+
+import json
+import re
+import runpy
+import shlex
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from netdae.cli import main
+from netdae.scenario_schema import ScenarioData
+
+PROJECT = Path(__file__).resolve().parent.parent
+README = (PROJECT / "README.md").read_text(encoding="utf-8")
+SCRIPTS = PROJECT / "scripts"
+
+
+def blocks(language: str) -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", README, flags=re.DOTALL)
+
+
+def commands() -> list[list[str]]:
+    return [shlex.split(line) for line in re.findall(r"^    (python3 .*)$", README, flags=re.MULTILINE)]
+
+
+def shortened(scenario: str, **replaced: str) -> str:
+    """The scenario with the values of some keys replaced."""
+    for key, value in replaced.items():
+        scenario, count = re.subn(rf"^{key} = [^#\n]*", f"{key} = {value} ", scenario, flags=re.MULTILINE)
+        assert count == 1, f"{key} stands {count} times"
+    return scenario
+
+
+def run_script(name: str, *arguments: object) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, str(SCRIPTS / name), *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=False, cwd=PROJECT)
+
+
+def test_the_first_two_commands_are_the_flight_and_the_tests() -> None:
+    flight, tests = commands()
+    assert flight[:4] == ["python3", "scripts/venv.py", "netdae", "run"]
+    assert (PROJECT / flight[4]).is_file()
+    assert tests == ["python3", "scripts/venv.py", "--extra", "test", "pytest"]
+    assert "scripts/venv.py --extra test pytest" in (PROJECT / ".ci/run").read_text()
+
+
+def test_the_scenario_of_the_readme_flies(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (text,) = blocks("toml")
+    file = tmp_path / "readme.toml"
+    file.write_text(shortened(text, cells="4", end="0.05", frames="3"), encoding="utf-8")
+    assert main(["run", str(file), "-o", str(tmp_path / "out")]) == 0, capsys.readouterr().err
+    summary = json.loads((tmp_path / "out/summary.json").read_text(encoding="utf-8"))
+    assert summary["status"] == "finished"
+    written = {path.name for path in (tmp_path / "out").iterdir()}
+    expected = {
+        "series.pvd",
+        "frames",
+        "metrics.csv",
+        "summary.json",
+        "trajectory.npz",
+        "checkpoint.npz",
+        "scenario.toml",
+    }
+    assert written == expected
+
+
+def test_the_scenario_of_the_readme_is_the_shipped_one() -> None:
+    shipped_text = (SCRIPTS / "corner_shot.toml").read_text(encoding="utf-8")
+    told, shipped = (
+        ScenarioData.model_validate(tomllib.loads(text)) for text in (blocks("toml")[0], shipped_text)
+    )
+    for section in ("material", "damping", "masses", "initial", "loads", "solver", "output"):
+        assert getattr(told, section) == getattr(shipped, section), section
+
+
+def test_the_python_example_flies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys) -> None:
+    (text,) = blocks("python")
+    assert len(text.strip().splitlines()) <= 15
+    small = text.replace("cells=20", "cells=4").replace(
+        "np.linspace(0.0, 1.0, 51)", "np.linspace(0.0, 0.05, 3)"
+    )
+    assert small != text
+    file = tmp_path / "example.py"
+    file.write_text(small, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    names = runpy.run_path(str(file))
+    area, steps = capsys.readouterr().out.split()
+    # the net starts as a 2 m square, whose mouth opens at first
+    assert 4.0 <= float(area) < 5.0
+    assert int(steps) > 5
+    assert len(names["flight"]) == 3
+    assert (tmp_path / "out/python/series.pvd").is_file()
+
+
+def test_the_verbs_of_the_table_are_there(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    listed = [
+        shlex.split(line.replace("[", "").replace("]", ""))
+        for line in re.findall(r"^\| `netdae (.*?)`", README, flags=re.M)
+    ]
+    assert [line[0] for line in listed] == ["run", "check", "mesh", "info", "schema"]
+    net = tmp_path / "net.vtu"
+    mesh = [word if word != "net.vtu" else str(net) for word in listed[2]]
+    assert main(mesh) == 0
+    assert main(["info", str(net)]) == 0
+    assert "441" in capsys.readouterr().out
+    assert main(["schema"]) == 0
+    json.loads(capsys.readouterr().out)
+
+
+def test_modules_that_the_readme_names_exist() -> None:
+    links = re.findall(r"\]\(([^)#]+)\)", README)
+    assert links
+    for link in links:
+        assert (PROJECT / link).exists(), link
+
+
+def test_accuracy_script_prints_a_line_for_each_preset() -> None:
+    done = run_script("accuracy.py", "--cells", 3, "--end", 0.02, "--sharp", 2, "--runs", 1, "--rtol", 1e-6)
+    assert done.returncode == 0, done.stderr
+    rows = {
+        line.split()[0]: [float(word) for word in line.split()[1:]] for line in done.stdout.splitlines()[2:]
+    }
+    assert list(rows) == ["sharp", "fast", "standard", "accurate"]
+    # the first hundredths of a second are not chaotic: even the loosest preset keeps bullets within 1 mm
+    assert all(values[0] < 1.0 for values in rows.values())
+    # sharper presets take more steps
+    assert rows["fast"][4] < rows["standard"][4] < rows["accurate"][4] < rows["sharp"][4]
+
+
+def test_picture_script_shows_the_net(tmp_path: Path) -> None:
+    text = shortened(blocks("toml")[0], cells="4", end="0.05", frames="3")
+    (tmp_path / "small.toml").write_text(text, encoding="utf-8")
+    assert main(["run", str(tmp_path / "small.toml"), "-o", str(tmp_path / "out")]) == 0
+    done = run_script("picture.py", tmp_path / "out", tmp_path / "picture.png", "--frames", 2)
+    assert done.returncode == 0, done.stderr
+    import matplotlib.image
+
+    pixels = matplotlib.image.imread(tmp_path / "picture.png")[..., :3]
+    inked = (np.abs(pixels - 1.0) > 0.1).any(axis=-1)
+    panels = np.split(inked, 2, axis=1)
+    # a net of some dozen thin lines covers more than a hundredth of a panel; a blank one has its label alone
+    assert all(0.01 < panel.mean() < 0.5 for panel in panels)
+    # the net lies inside the frame: nothing is cut at the edges
+    assert not inked[:, [0, -1]].any()
+    assert not inked[-1].any()
+
+
+def test_venv_script_says_how_it_is_called() -> None:
+    done = run_script("venv.py")
+    assert done.returncode == 2
+    assert "python3 scripts/venv.py netdae run" in done.stderr
+
+
+def test_every_script_is_run_by_a_test() -> None:
+    named = "".join(path.read_text(encoding="utf-8") for path in (PROJECT / "tests").glob("test_*.py"))
+    for script in SCRIPTS.glob("*.py"):  # the scenarios are flown by test_cli, all that are there
+        assert script.name in named, f"no test runs {script.name}"
