@@ -1,0 +1,313 @@
+"""What may stand in a scenario file: its sections and keys, with units, ranges and defaults.
+
+Numbers are strict (no text, no true or false) and finite, SI units; angles are in degrees where a key ends in
+`_deg`. File names are relative to the scenario file.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, Strict, Tag, model_validator
+from pydantic_core import PydanticCustomError
+
+Positive = Annotated[float, Field(gt=0)]
+NotNegative = Annotated[float, Field(ge=0)]
+Count = Annotated[int, Field(ge=1)]
+Text = Annotated[str, Field(min_length=1)]
+Vector = Annotated[tuple[float, float, float], Strict(False)]  # TOML has lists only; the numbers stay strict
+
+NONE = "none"
+"""What the keys of [metrics] say where a net has no such group."""
+
+
+class Section(BaseModel):
+    """A table of the scenario, with unknown and missing keys told by their names."""
+
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _just_the_keys(cls, data: Any) -> Any:
+        if isinstance(data, dict):
+            known = list(cls.model_fields)
+            for key in data:
+                if key not in known:
+                    raise PydanticCustomError("unknown_key", "unknown key", {"key": key, "known": known})
+            for key, field in cls.model_fields.items():
+                if field.is_required() and key not in data:
+                    raise PydanticCustomError(
+                        "missing_key", "missing key", {"key": key, "what": field.description}
+                    )
+        return data
+
+
+class TableFile(Section):
+    """A CSV table with the header t,x,y,z; times in s, rising."""
+
+    file: Text = Field(description="CSV file with the header t,x,y,z.")
+    interpolation: Literal["linear", "cubic"] = Field("linear", description="Curve through the rows.")
+
+
+class MotionFile(Section):
+    """A CSV table with the header t,x,y,z or t,x,y,z,vx,vy,vz: displacements in m from where the nodes start."""
+
+    file: Text = Field(description="CSV file with the header t,x,y,z or t,x,y,z,vx,vy,vz.")
+    interpolation: Literal["linear", "cubic"] = Field("cubic", description="Curve through the rows.")
+
+
+def _kind_of_table(value: Any) -> str:
+    return "<table>" if isinstance(value, dict) else "<value>"
+
+
+Vector3OrTable = Annotated[
+    Annotated[Vector, Tag("<value>")] | Annotated[TableFile, Tag("<table>")], Discriminator(_kind_of_table)
+]
+FixedOrTable = Annotated[
+    Annotated[Literal["fixed"], Tag("<value>")] | Annotated[MotionFile, Tag("<table>")],
+    Discriminator(_kind_of_table),
+]
+
+
+def _kind_of(value: Any) -> str:
+    kind = value.get("kind", "<none>") if isinstance(value, dict) else "<none>"
+    return kind if isinstance(kind, str) else "<none>"
+
+
+class MeshFile(Section):
+    """A net from a mesh file."""
+
+    file: Text = Field(description="Mesh file: .vtu .vtk .msh .xdmf or .inp.")
+    surface_edges: bool = Field(False, description="Take the edges of surface cells as cables.")
+
+
+class Square(Section):
+    """A square net with square meshes."""
+
+    kind: Literal["square"] = Field(description="Pattern of the net.")
+    side: Positive = Field(description="Side, m.")
+    cells: Count = Field(description="Meshes along a side.")
+    subdivide: Count = Field(1, description="Pieces that each cable is cut into.")
+
+
+class Rectangle(Section):
+    """A rectangular net with rectangular meshes."""
+
+    kind: Literal["rectangle"] = Field(description="Pattern of the net.")
+    width: Positive = Field(description="Length along x, m.")
+    height: Positive = Field(description="Length along y, m.")
+    columns: Count = Field(description="Meshes along x.")
+    rows: Count = Field(description="Meshes along y.")
+    subdivide: Count = Field(1, description="Pieces that each cable is cut into.")
+
+
+class Hexagon(Section):
+    """A hexagonal net with triangular meshes."""
+
+    kind: Literal["hexagon"] = Field(description="Pattern of the net.")
+    radius: Positive = Field(description="Distance from the centre to the corners, m.")
+    rings: Count = Field(description="Rings of triangles about the centre.")
+    subdivide: Count = Field(1, description="Pieces that each cable is cut into.")
+
+
+class Radial(Section):
+    """A spider-web net."""
+
+    kind: Literal["radial"] = Field(description="Pattern of the net.")
+    radius: Positive = Field(description="Distance from the centre to the border, m.")
+    rings: Count = Field(description="Closed rings, the border among them.")
+    spokes: int = Field(ge=3, description="Cables from the centre to the border.")
+    subdivide: Count = Field(1, description="Pieces that each cable is cut into.")
+
+
+class Diamond(Section):
+    """A square net whose meshes stand on their corners."""
+
+    kind: Literal["diamond"] = Field(description="Pattern of the net.")
+    side: Positive = Field(description="Side, m.")
+    cells: Count = Field(description="Diagonals of meshes along a side.")
+    subdivide: Count = Field(1, description="Pieces that each cable is cut into.")
+
+
+def _kind_of_net(value: Any) -> str:
+    kind = _kind_of(value)
+    return "<file>" if kind == "<none>" and isinstance(value, dict) and "file" in value else kind
+
+
+Net = Annotated[
+    Annotated[MeshFile, Tag("<file>")]
+    | Annotated[Square, Tag("square")]
+    | Annotated[Rectangle, Tag("rectangle")]
+    | Annotated[Hexagon, Tag("hexagon")]
+    | Annotated[Radial, Tag("radial")]
+    | Annotated[Diamond, Tag("diamond")],
+    Discriminator(_kind_of_net),
+]
+
+
+class Cord(Section):
+    """What the cables of a group are made of; a later [[material]] overrides, mesh cell data override both."""
+
+    cables: Text = Field("all", description="Cable group.")
+    youngs_modulus: Positive = Field(description="Young's modulus, Pa.")
+    density: Positive | None = Field(None, description="Density, kg/m³; or give linear_density.")
+    linear_density: Positive | None = Field(None, description="Mass per length, kg/m.")
+    diameter: Positive | None = Field(None, description="Diameter, m; or give area.")
+    area: Positive | None = Field(None, description="Cross-section, m².")
+    toe_strain: NotNegative = Field(0.0, description="Strain up to which the stress rises quadratically.")
+    law: Literal["st_venant_kirchhoff", "engineering"] = Field(
+        "st_venant_kirchhoff", description="Stress over Green-Lagrange strain, or force over elongation."
+    )
+    strength: Positive | None = Field(None, description="Breaking force, N.")
+
+
+class DashpotDamping(Section):
+    """A damper along each taut cable."""
+
+    kind: Literal["dashpot"] = Field(description="Kind of damping.")
+    viscosity_time: NotNegative | None = Field(None, description="Viscosity over Young's modulus, s.")
+    zeta: NotNegative | None = Field(None, description="Share of critical of a cable's own axial mode.")
+
+
+class RayleighDamping(Section):
+    """D = α M + β T(x̄); it also damps rigid rotations of the net."""
+
+    kind: Literal["rayleigh"] = Field(description="Kind of damping.")
+    alpha: NotNegative = Field(0.0, description="Factor of the mass matrix, 1/s.")
+    beta: NotNegative = Field(0.0, description="Factor of the tangent stiffness of the reference, s.")
+
+
+class WithoutDamping(Section):
+    """No damping."""
+
+    kind: Literal["none"] = Field(description="Kind of damping.")
+
+
+Damping = Annotated[
+    Annotated[DashpotDamping, Tag("dashpot")]
+    | Annotated[RayleighDamping, Tag("rayleigh")]
+    | Annotated[WithoutDamping, Tag("none")],
+    Discriminator(_kind_of),
+]
+
+
+class Mass(Section):
+    """Bullets, or other masses at nodes; those of several entries add up."""
+
+    group: Text = Field(description="Node group.")
+    mass: NotNegative = Field(description="Mass at each node of the group, kg.")
+
+
+class Hold(Section):
+    """Axes of a node group that are fixed, or driven along a table."""
+
+    group: Text = Field(description="Node group.")
+    axes: Text = Field("xyz", description="Which of x, y and z are held, for instance xyz.")
+    motion: FixedOrTable = Field(
+        "fixed", description='"fixed", or a table of displacements from the start, m.'
+    )
+
+
+class Ejection(Section):
+    """Nodes that are shot outward from an axis."""
+
+    group: Text = Field(description="Node group.")
+    speed: NotNegative = Field(description="Speed, m/s, beside the velocity of the whole net.")
+    half_angle_deg: float = Field(
+        ge=0, le=180, description="Angle from the axis, outward from the middle of the group, degrees."
+    )
+    axis: Vector = Field((0.0, 0.0, 1.0), description="Direction in space; rotation_deg does not turn it.")
+
+
+class Initial(Section):
+    """How the net starts: the mesh drawn together and turned."""
+
+    shape: Literal["scaled"] = Field("scaled", description="How the stowed shape is made of the mesh.")
+    scale: Vector = Field((1.0, 1.0, 1.0), description="Factors along x, y and z of the mesh.")
+    rotation_deg: Vector = Field(
+        (0.0, 0.0, 0.0), description="Turns about the fixed x, then y, then z axis, degrees."
+    )
+    velocity: Vector = Field((0.0, 0.0, 0.0), description="Velocity of the whole net, m/s.")
+    ejection: list[Ejection] = Field([], description="Groups that are shot.")
+
+
+class NodalForce(Section):
+    """The same force on each node of a group."""
+
+    kind: Literal["nodal"] = Field(description="Kind of load.")
+    group: Text = Field(description="Node group.")
+    force: Vector3OrTable = Field(description="Force on each node, N, or a table of it.")
+    begin: float | None = Field(
+        None, description="Time at which a constant force sets in, s; the start by default."
+    )
+    end: float | None = Field(None, description="Time at which a constant force ends, s; never by default.")
+
+
+class UniformGravity(Section):
+    """Gravity on all masses."""
+
+    kind: Literal["gravity"] = Field(description="Kind of load.")
+    g: Vector3OrTable = Field(description="Acceleration, m/s², or a table of it.")
+    begin: float | None = Field(
+        None, description="Time at which a constant g sets in, s; the start by default."
+    )
+    end: float | None = Field(None, description="Time at which a constant g ends, s; never by default.")
+
+
+Load = Annotated[
+    Annotated[NodalForce, Tag("nodal")] | Annotated[UniformGravity, Tag("gravity")], Discriminator(_kind_of)
+]
+
+
+class Solver(Section):
+    """The time integration."""
+
+    method: Literal["ida"] = Field("ida", description="Integrator: SUNDIALS IDA.")
+    begin: float = Field(0.0, description="Time of the start, s.")
+    end: float = Field(description="Time of the end, s.")
+    accuracy: Literal["fast", "standard", "accurate"] = Field(
+        "standard", description="Preset of rtol, atol_position and atol_velocity, each of which overrides it."
+    )
+    rtol: Annotated[float, Field(gt=0, le=0.1)] | None = Field(None, description="Relative tolerance.")
+    atol_position: Positive | None = Field(None, description="Absolute tolerance of positions, m.")
+    atol_velocity: Positive | None = Field(None, description="Absolute tolerance of velocities, m/s.")
+    max_order: int = Field(5, ge=1, le=5, description="Highest order of the BDF formulas.")
+    max_step: Positive | None = Field(None, description="Largest time step, s.")
+
+
+class Output(Section):
+    """What is written."""
+
+    frames: int = Field(
+        51, ge=2, le=1_000_000, description="Frames, evenly in time, the start and the end among them."
+    )
+
+
+class Metrics(Section):
+    """What is measured."""
+
+    mouth: Text | None = Field(
+        None,
+        description='Group of the closed loop of the mouth; "border" if the net has it; "none" for none.',
+    )
+    corners: Text | None = Field(
+        None, description='Node group of the corners; "corners" if the net has it; "none" for none.'
+    )
+
+
+class ScenarioData(Section):
+    """A scenario: a net, how it starts, what acts on it, how it is flown."""
+
+    title: str = Field("", description="What the flight is called.")
+    net: Net = Field(description="The net: file = a mesh file, or kind = a pattern with its keys.")
+    material: list[Cord] = Field(
+        min_length=1, description="What the cables are made of, one per cable group."
+    )
+    damping: Damping = Field(description='kind = "dashpot", "rayleigh" or "none".')
+    masses: list[Mass] = Field([], description="Bullets and other masses at nodes.")
+    restraints: list[Hold] = Field([], description="Fixed and driven nodes.")
+    initial: Initial = Field(Initial(), description="How the net starts.")
+    loads: list[Load] = Field([], description="Forces from outside.")
+    solver: Solver = Field(description="The time integration.")
+    output: Output = Field(Output(), description="What is written.")
+    metrics: Metrics = Field(Metrics(), description="What is measured.")
