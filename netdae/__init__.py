@@ -5,7 +5,9 @@ The names below are loaded at their first use, so that `import netdae` stays lig
 
 from __future__ import annotations
 
+import sys
 from importlib import import_module
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
@@ -19,6 +21,7 @@ if TYPE_CHECKING:
     from netdae.material import Material
     from netdae.mesh_io import read_net, write_net
     from netdae.metrics import DeploymentMetrics
+    from netdae.modes import frequencies
     from netdae.motions import Fixed, FunctionMotion, TableMotion
     from netdae.net import CableNet
     from netdae.observers import MetricsCsv, Progress
@@ -28,7 +31,7 @@ if TYPE_CHECKING:
     from netdae.signals import Function, Pulse, Table
     from netdae.simulate import simulate
     from netdae.state import State, Trajectory
-    from netdae.statics import equilibrium, frequencies
+    from netdae.statics import Equilibrium, equilibrium
     from netdae.system import System
     from netdae.vtk import VtuSeries
 
@@ -41,6 +44,7 @@ _HOMES = {
     "netdae.material": ("Material",),
     "netdae.mesh_io": ("read_net", "write_net"),
     "netdae.metrics": ("DeploymentMetrics",),
+    "netdae.modes": ("frequencies",),
     "netdae.motions": ("Fixed", "FunctionMotion", "TableMotion"),
     "netdae.net": ("CableNet",),
     "netdae.observers": ("MetricsCsv", "Progress"),
@@ -50,13 +54,13 @@ _HOMES = {
     "netdae.signals": ("Function", "Pulse", "Table"),
     "netdae.simulate": ("simulate",),
     "netdae.state": ("State", "Trajectory"),
-    "netdae.statics": ("equilibrium", "frequencies"),
+    "netdae.statics": ("Equilibrium", "equilibrium"),
     "netdae.system": ("System",),
     "netdae.vtk": ("VtuSeries",),
 }
 _HOME_OF = {name: module for module, names in _HOMES.items() for name in names}
 
-__all__ = ["__version__", *sorted(_HOME_OF)]  # noqa: PLE0604
+__all__ = ["__version__", *sorted(_HOME_OF)]
 
 
 def __getattr__(name: str) -> Any:
@@ -69,3 +73,14 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return __all__
+
+
+class _Package(ModuleType):
+    """Keeps `simulate` and `integrate` functions: importing a module would put it in the place of its name."""
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if not (name in _HOME_OF and isinstance(value, ModuleType)):
+            super().__setattr__(name, value)
+
+
+sys.modules[__name__].__class__ = _Package

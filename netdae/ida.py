@@ -41,6 +41,7 @@ REASONS = {
     -2: "the tolerances are finer than double precision can follow",
     -3: "the error test failed again and again, down to the smallest step",
     -4: "Newton's iteration failed again and again, down to the smallest step",
+    -22: "its start asks for steps too small to take: look for a force or an acceleration without bound",
 }
 
 

@@ -254,6 +254,7 @@ def _bar_on(console: Console) -> Any:
         BarColumn(),
         TextColumn("t = {task.fields[t]:.4g} s of {task.fields[end]:.4g} s"),
         TextColumn("{task.fields[steps]} steps"),
+        TextColumn("spent"),
         TimeElapsedColumn(),
         TextColumn("left"),
         TimeRemainingColumn(),

@@ -1,0 +1,204 @@
+"""The output folder of a run: which files are in it, and what its summary tells."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import re
+from collections.abc import Mapping, Sequence
+from importlib.metadata import version
+from pathlib import Path
+from platform import python_version
+from typing import Any
+
+import netdae
+from netdae._files import reason_of, write_whole
+from netdae.errors import InputError, RunError
+from netdae.ida import SUNDIALS_VERSION
+from netdae.observers import Checkpoint, MetricsCsv, Recorder
+from netdae.scenario import Scenario, Simulation
+from netdae.state import State
+from netdae.vtk import VtuSeries
+
+SERIES, METRICS, TRAJECTORY = "series.pvd", "metrics.csv", "trajectory.npz"
+CHECKPOINT, SUMMARY, SCENARIO = "checkpoint.npz", "summary.json", "scenario.toml"
+FILES = (SERIES, METRICS, TRAJECTORY, CHECKPOINT, SUMMARY, SCENARIO)
+"""Files of a run, beside the folder `frames`."""
+
+_FRAME = re.compile(r"frame_\d{6,}\.vtu(\.part)?")
+
+
+class RunFolder:
+    """A folder that takes the files of one run of a scenario.
+
+    Raises InputError for a path that is a file, or a folder with the files of a former run in it unless
+    `overwrite`. Nothing is changed before `claim`.
+    """
+
+    def __init__(self, path: str | os.PathLike[str], scenario: Scenario, *, overwrite: bool = False) -> None:
+        self.path = Path(path)
+        self._scenario = scenario
+        former = self._former()
+        if [file.name for file in former] == [SCENARIO] and former[0].read_bytes() != scenario.text:
+            raise InputError(
+                f"{self.path}: {SCENARIO} in it is not of a run: choose another output folder by -o"
+            )
+        if former and not overwrite:
+            raise InputError(
+                f"{self.path}: a former run is in this folder ({former[0].name}): "
+                "choose another by -o, or replace the run by --overwrite"
+            )
+
+    def claim(self) -> None:
+        """Make the folder, take the files of a former run away, copy the scenario; raises InputError."""
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+            for file in self._former():
+                file.unlink()
+            copy = self.path / SCENARIO
+            if copy.resolve() != self._scenario.path.resolve():
+                write_whole(copy, self._scenario.text)
+            (self.path / "frames").mkdir(exist_ok=True)
+        except OSError as error:
+            raise self._not_writable(error) from error
+
+    def _not_writable(self, error: OSError) -> InputError:
+        return InputError(
+            f"{self.path}: the output folder cannot be written: {reason_of(error)}: choose another by -o"
+        )
+
+    def _former(self) -> list[Path]:
+        """Files of a former run, but never the scenario that is run."""
+        frames = self.path / "frames"
+        try:
+            if self.path.exists() and not self.path.is_dir():
+                raise InputError(
+                    f"{self.path}: this is a file, not a folder: choose another output folder by -o"
+                )
+            names = [*FILES, *(f"{name}.part" for name in FILES)]
+            inside = sorted(frames.iterdir()) if frames.is_dir() else []
+            found = [self.path / name for name in names] + [
+                file for file in inside if _FRAME.fullmatch(file.name)
+            ]
+            source = self._scenario.path.resolve()
+            return [file for file in found if file.is_file() and file.resolve() != source]
+        except OSError as error:
+            raise self._not_writable(error) from error
+
+    def observers(self, simulation: Simulation) -> list[Any]:
+        """Observers that measure a flight and write its files; the metrics come first."""
+        return [
+            simulation.metrics,
+            MetricsCsv(self.path / METRICS, simulation.metrics),
+            VtuSeries(self.path / SERIES),
+            Checkpoint(self.path / CHECKPOINT),
+            Recorder(self.path / TRAJECTORY),
+        ]
+
+    def write_summary(self, summary: Mapping[str, Any]) -> None:
+        """Write summary.json, whole; numbers that are not finite become null. Raises RunError."""
+        text = json.dumps(_plain(summary), indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+        try:
+            write_whole(self.path / SUMMARY, text.encode())
+        except OSError as error:
+            raise RunError(f"{self.path / SUMMARY} could not be written: {reason_of(error)}") from error
+
+
+class LastStep:
+    """Observer that keeps the State of the last internal step."""
+
+    def __init__(self) -> None:
+        self.state: State | None = None
+
+    def watch(self, state: State) -> None:
+        """Keep it."""
+        self.state = state
+
+    def __call__(self, state: State) -> None:
+        """Nothing at a frame, so that the figures do not depend on the frames."""
+
+
+def summary_of(
+    simulation: Simulation,
+    *,
+    status: str,
+    statistics: Mapping[str, Any],
+    impulses: Sequence[tuple[float, Any]],
+    last: State | None,
+) -> dict[str, Any]:
+    """What summary.json tells: no figure in it depends on the number of frames.
+
+    status : "finished", "interrupted" or "failed: " with the reason
+    statistics, impulses : of the `Integration`
+    last : State of the last internal step, None if there is none
+    """
+    system, options = simulation.system, simulation.options
+    rtol, atol_position, atol_velocity = options.tolerances
+    figures = {} if last is None else simulation.metrics.summary()
+    warnings = [*simulation.findings, *figures.pop("warnings", [])]
+    return {
+        "title": simulation.title,
+        "status": status,
+        "net": {
+            "nodes": system.net.node_count,
+            "cables": system.net.cable_count,
+            "mass": float(system.mass.sum()),
+            "cable_mass": float(system.cords.linear_density @ system.net.rest_length),
+        },
+        "solver": {
+            "method": "ida",
+            "begin": float(simulation.times[0]),
+            "end": float(simulation.times[-1]),
+            "reached": None if last is None else last.t,
+            "rtol": rtol,
+            "atol_position": atol_position,
+            "atol_velocity": atol_velocity,
+            "max_order": options.max_order,
+            "max_step": options.max_step,
+            **statistics,
+        },
+        "deployment": figures,
+        "restraints": [] if last is None else _reactions(simulation, last),
+        "impulses": [{"time": t, "impulse": list(map(float, impulse))} for t, impulse in impulses],
+        "warnings": warnings,
+        "versions": versions(),
+    }
+
+
+def _reactions(simulation: Simulation, last: State) -> list[dict[str, Any]]:
+    """Sums over the nodes of each restraint at the last internal step, with the loads as they are just before."""
+    system = simulation.system
+    begin = float(simulation.times[0])
+    jumps = system.jumps_within(begin, last.t)
+    phase = system.during(jumps[-1] if jumps else begin, last.t) if last.t > begin else system
+    forces = phase.reactions(last.t, last.x, last.v, last.a)
+    told = []
+    for restraint in system.restraints:
+        total = [0.0, 0.0, 0.0]
+        for axis in restraint.axis_indices:
+            total[axis] = float(forces[system.net.nodes_of(restraint.group), axis].sum())
+        told.append({"group": restraint.group, "axes": restraint.axes, "final_reaction": total})
+    return told
+
+
+def versions() -> dict[str, str]:
+    """Versions of netdae and of what its figures stand on."""
+    packages = ("numpy", "scipy", "numba", "scikit-sundae")
+    return {
+        "netdae": netdae.__version__,
+        "python": python_version(),
+        **{name: version(name) for name in packages},
+        "sundials": SUNDIALS_VERSION,
+    }
+
+
+def _plain(value: Any) -> Any:
+    """Mappings, lists, numbers and text as JSON has them."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(each) for each in value]
+    if hasattr(value, "item"):
+        value = value.item()
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,395 @@
+"""Each mistake of a user gets one clear line on stderr that names the thing, and exit code 2."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from netdae.cli import main
+
+SCENARIO = """\
+title = "small"
+[net]
+kind = "square"
+side = 1.0
+cells = 2
+[[material]]
+youngs_modulus = 70e9
+density = 1390
+diameter = 1e-3
+[damping]
+kind = "dashpot"
+viscosity_time = 1e-5
+[[masses]]
+group = "corners"
+mass = 0.1
+[[restraints]]
+group = "centre"
+axes = "xyz"
+motion = "fixed"
+[initial]
+scale = [0.4, 0.4, 1.0]
+[[initial.ejection]]
+group = "corners"
+speed = 2.0
+half_angle_deg = 45
+[[loads]]
+kind = "gravity"
+g = [0, 0, -9.81]
+[solver]
+end = 0.001
+[output]
+frames = 2
+"""
+
+# what is replaced in SCENARIO, by what, and words of the message
+MISTAKES = {
+    "unknown key": ("side = 1.0", "sidee = 1.0", ["[net] sidee is an unknown key", "did you mean side?"]),
+    "unknown key of a load": ("g = [0", "gg = 1\ng = [0", ["[[loads]] 1 gg", "did you mean g?"]),
+    "unknown key of an ejection": ("speed =", "sped =", ["[[initial.ejection]] 1 sped", "speed"]),
+    "unknown key at the top": ("title", "titel", ["titel is an unknown key before", "did you mean title"]),
+    "unknown section": ("[output]", "[ouput]", ["[ouput] is an unknown section", "did you mean output"]),
+    "section of a later issue": (
+        "[output]",
+        "[orbit]\naltitude = 7e5\n[output]",
+        ["[orbit] is an unknown section"],
+    ),
+    "double section of a later issue": (
+        "[output]",
+        "[[events]]\n[output]",
+        ["[[events]] is an unknown section"],
+    ),
+    "missing key": ("side = 1.0", "", ["[net] side is missing", "m"]),
+    "missing key of a mass": ("mass = 0.1", "", ["[[masses]] 1 mass is missing", "kg"]),
+    "missing end": ("end = 0.001", "", ["[solver] end is missing"]),
+    "no damping": ('[damping]\nkind = "dashpot"\nviscosity_time = 1e-5', "", ["[damping] is missing"]),
+    "no material": (
+        SCENARIO[SCENARIO.index("[[mat") : SCENARIO.index("[damping")],
+        "",
+        ["[[material]] is missing"],
+    ),
+    "no kind": ('kind = "square"', "", ["[net] kind is missing", "square"]),
+    "no kind of damping": ('kind = "dashpot"', "", ["[damping] kind is missing", "rayleigh"]),
+    "wrong kind of damping": (
+        'kind = "dashpot"',
+        'kind = "raleigh"',
+        ["[damping] kind", "did you mean rayleigh?"],
+    ),
+    "wrong kind of net": ('kind = "square"', "kind = 4", ["[net] kind is 4", "hexagon"]),
+    "text for a number": ("side = 1.0", 'side = "5"', ['[net] side is the text "5", expected a number']),
+    "true for a number": ("side = 1.0", "side = true", ["[net] side is true, expected a number"]),
+    "number for text": ('group = "centre"', "group = 3", ["[[restraints]] 1 group is 3, expected text"]),
+    "fraction for a count": ("cells = 2", "cells = 2.0", ["[net] cells is 2.0, expected a whole number"]),
+    "infinite number": ("side = 1.0", "side = inf", ["[net] side is inf, expected a finite number"]),
+    "number that is none": (
+        "mass = 0.1",
+        "mass = nan",
+        ["[[masses]] 1 mass is nan, expected a finite number"],
+    ),
+    "number beyond floats": ("side = 1.0", "side = 1" + 400 * "0", ["[net] side", "double precision"]),
+    "count beyond memory": ("cells = 2", "cells = 1" + 30 * "0", ["[net]", "nodes"]),
+    "infinite component": ("-9.81]", "-inf]", ["[[loads]] 1 g, number 3, is -inf, expected a finite number"]),
+    "text in a vector": ("[0.4, 0.4", '["0.4", 0.4', ['[initial] scale, number 1, is the text "0.4"']),
+    "short vector": ("[0, 0, -9.81]", "[0, -9.81]", ["[[loads]] 1 g is [0, -9.81], expected three numbers"]),
+    "long vector": (
+        "[0, 0, -9.81]",
+        "[0, 0, -9.81, 2]",
+        ["[[loads]] 1 g is [0, 0, -9.81, 2], expected three"],
+    ),
+    "number for a vector": ("[0, 0, -9.81]", "9.81", ["[[loads]] 1 g is 9.81, expected three numbers"]),
+    "text for a vector": ("[0, 0, -9.81]", '"down"', ['[[loads]] 1 g is the text "down"', "three numbers"]),
+    "single for double brackets": (
+        "[[masses]]",
+        "[masses]",
+        ["[[masses]] is a single table", "write [[masses]]"],
+    ),
+    "double for single brackets": (
+        "[solver]",
+        "[[solver]]",
+        ["[solver] is a list of tables", "write [solver]"],
+    ),
+    "section in a section": (
+        "[output]\nframes = 2",
+        "[solver.output]",
+        ["[solver] output is an unknown key"],
+    ),
+    "number for the net": (SCENARIO[: SCENARIO.index("[[mat")], "net = 3\n", ["[net] is 3", "write [net]"]),
+    "negative modulus": ("= 70e9", "= -70e9", ["[[material]] 1 youngs_modulus is -70000000000.0", "above 0"]),
+    "two diameters": ("diameter = 1e-3", "diameter = 1e-3\narea = 1e-6", ["[[material]] 1: both", "area"]),
+    "no density": ("density = 1390", "", ["[[material]] 1: neither of density and linear_density"]),
+    "free node without mass": (
+        "density = 1390",
+        "density = 5e-324",
+        ["small.toml: node 1 is free but has no mass"],
+    ),
+    "unknown law": ("density =", 'law = "hooke"\ndensity =', ["[[material]] 1 law", "engineering"]),
+    "both measures of a dashpot": (
+        "viscosity_time =",
+        "zeta = 1\nviscosity_time =",
+        ["[damping]: give just one"],
+    ),
+    "unknown node group": (
+        'group = "corners"\nmass',
+        'group = "corner"\nmass',
+        ["[[masses]] 1", "'corner'", "corners"],
+    ),
+    "unknown group of an ejection": (
+        'group = "corners"\nspeed',
+        'group = "rim"\nspeed',
+        ["[[initial.ejection]] 1", "'rim'"],
+    ),
+    "unknown cable group": (
+        "youngs_modulus",
+        'cables = "edge"\nyoungs_modulus',
+        ["[[material]] 1", "'edge'", "border"],
+    ),
+    "cables without material": ("youngs_modulus", 'cables = "border"\nyoungs_modulus', ["has no material"]),
+    "unknown axes": ('axes = "xyz"', 'axes = "xw"', ["[[restraints]] 1", "'xw'"]),
+    "unknown motion": ('motion = "fixed"', 'motion = "fix"', ["[[restraints]] 1 motion", "fixed"]),
+    "axis restrained twice": (
+        "[initial]",
+        '[[restraints]]\ngroup = "all"\naxes = "z"\n[initial]',
+        ["'all'", "node 4"],
+    ),
+    "fixed node that starts in motion": (
+        "[initial]",
+        "[initial]\nvelocity = [1, 0, 0]",
+        ["'centre'", "node 4", "1.0"],
+    ),
+    "no end after the begin": ("end = 0.001", "begin = 1\nend = 1", ["[solver]", "end is 1 s"]),
+    "unknown accuracy": ("end = 0.001", 'end = 1\naccuracy = "fine"', ["[solver] accuracy", "standard"]),
+    "unknown method": ("end = 0.001", 'end = 1\nmethod = "rk4"', ["[solver] method", "'ida'"]),
+    "order too high": (
+        "end = 0.001",
+        "end = 1\nmax_order = 6",
+        ["[solver] max_order is 6, expected 5 or less"],
+    ),
+    "no frames": ("frames = 2", "frames = 0", ["[output] frames is 0, expected 2 or more"]),
+    "one frame": ("frames = 2", "frames = 1", ["[output] frames is 1, expected 2 or more"]),
+    "pulse that ends before it begins": ("g = [", "begin = 2\nend = 1\ng = [", ["[[loads]] 1", "2 to 1 s"]),
+    "mouth that is no loop": (
+        "[output]",
+        '[metrics]\nmouth = "all"\n[output]',
+        ["[metrics]", "'all'", "loop"],
+    ),
+    "unknown mouth": ("[output]", '[metrics]\nmouth = "hole"\n[output]', ["[metrics]", "'hole'", "border"]),
+    "unknown corners": ("[output]", '[metrics]\ncorners = "edge"\n[output]', ["[metrics]", "'edge'"]),
+    "not TOML": ("side = 1.0", "side 1.0", ["not TOML", "line 4, column 6"]),
+    "cut off": ("frames = 2\n", "frames = ", ["not TOML", "line 32, column 10"]),
+    "key twice": ("side = 1.0", "side = 1.0\nside = 2.0", ["not TOML", "line 5"]),
+}
+
+
+def failure_of(arguments, capsys):
+    """The one line on stderr of a command that a mistake stops."""
+    assert main([str(argument) for argument in arguments]) == 2
+    shown = capsys.readouterr()
+    assert shown.err.endswith("\n")
+    assert len(shown.err.splitlines()) == 1
+    return shown.err
+
+
+def scenario(folder, old="", new="", more=""):
+    assert old in SCENARIO
+    file = folder / "small.toml"
+    file.write_text(SCENARIO.replace(old, new, 1) + more if old else SCENARIO + more, encoding="utf-8")
+    return file
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_mistake_in_a_scenario_is_told_by_section_and_key(mistake, tmp_path, capsys):
+    old, new, words = MISTAKES[mistake]
+    line = failure_of(["run", scenario(tmp_path, old, new), "-o", tmp_path / "out"], capsys)
+    for word in words:
+        assert word in line
+    assert not (tmp_path / "out").exists()
+
+
+def net_of(text):
+    return ('kind = "square"\nside = 1.0\ncells = 2', text)
+
+
+MSH = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n{}\n$EndNodes\n$Elements\n{}\n$EndElements\n"
+SPAN = "2\n1 0 0 0\n2 1 0 0"
+MESHES = {
+    "malformed": ("this is no mesh", ["net.msh", "no MSH file"]),
+    "empty": ("", ["net.msh", "empty"]),
+    "without lines": (MSH.format(SPAN, "1\n1 15 2 0 1 1"), ["net.msh"]),
+    "surface": (MSH.format("3\n1 0 0 0\n2 1 0 0\n3 0 1 0", "1\n1 2 2 0 1 1 2 3"), ["net.msh", "surface"]),
+    "cable to itself": (MSH.format(SPAN, "2\n1 1 2 0 1 1 2\n2 1 2 0 1 1 1"), ["net.msh", "itself"]),
+    "zero rest length": (MSH.format("2\n1 0 0 0\n2 0 0 0", "1\n1 1 2 0 1 1 2"), ["net.msh", "rest length 0"]),
+    "coordinate that is no number": (
+        MSH.format("2\n1 0 0 0\n2 nan 0 0", "1\n1 1 2 0 1 1 2"),
+        ["net.msh", "nan"],
+    ),
+}
+
+
+@pytest.mark.parametrize("mesh", MESHES)
+def test_mesh_that_is_no_net_is_told_by_its_name(mesh, tmp_path, capsys):
+    text, words = MESHES[mesh]
+    (tmp_path / "net.msh").write_text(text)
+    line = failure_of(["check", scenario(tmp_path, *net_of('file = "net.msh"'))], capsys)
+    for word in words:
+        assert word in line
+
+
+def test_missing_mesh_is_told(tmp_path, capsys):
+    line = failure_of(["run", scenario(tmp_path, *net_of('file = "no.msh"'))], capsys)
+    assert str(tmp_path / "no.msh") in line
+    assert "no such file" in line
+
+
+TABLES = {
+    "missing": (None, ["m.csv", "cannot be read"]),
+    "empty": ("", ["m.csv", "empty"]),
+    "header": ("time,x,y,z\n0,0,0,0\n1,1,0,0\n", ["m.csv", "'time,x,y,z'", "t,x,y,z"]),
+    "no number": ("t,x,y,z\n0,0,0,0\n1,a,0,0\n", ["m.csv", "line 3", "x is 'a'"]),
+    "infinite": ("t,x,y,z\n0,0,0,0\n1,0,inf,0\n", ["m.csv", "line 3", "y is 'inf'"]),
+    "field missing": ("t,x,y,z\n0,0,0,0\n\n1,0,0\n", ["m.csv", "line 4", "3 fields"]),
+    "one row": ("t,x,y,z\n0,0,0,0\n", ["m.csv", "two rows"]),
+    "falling times": ("t,x,y,z\n0,0,0,0\n1,0,0,0\n0.5,0,0,0\n", ["m.csv", "do not rise"]),
+    "too short for the flight": ("t,x,y,z\n0,0,0,0\n1e-4,0,0,0\n", ["reaches from 0 to 0.0001 s"]),
+    "binary": (b"\xff\xfe\x00", ["m.csv", "not a CSV table"]),
+    "begins elsewhere": ("t,x,y,z\n0,1,0,0\n1,1,0,0\n", ["'centre'", "begins at [1.0, 0.0, 0.0] m"]),
+}
+
+
+@pytest.mark.parametrize("table", TABLES)
+@pytest.mark.parametrize("use", ["motion", "load"])
+def test_table_that_cannot_be_used_is_told_by_file_and_line(use, table, tmp_path, capsys):
+    text, words = TABLES[table]
+    if use == "load" and table == "begins elsewhere":
+        return
+    if text is not None:
+        (tmp_path / "m.csv").write_bytes(text if isinstance(text, bytes) else text.encode())
+    old, new = (
+        ('"fixed"', '{ file = "m.csv" }') if use == "motion" else ("[0, 0, -9.81]", '{ file = "m.csv" }')
+    )
+    line = failure_of(["run", scenario(tmp_path, old, new), "-o", tmp_path / "out"], capsys)
+    for word in words:
+        assert word in line
+    assert not (tmp_path / "out").exists()
+
+
+def test_begin_of_a_load_with_a_table_is_told(tmp_path, capsys):
+    file = scenario(tmp_path, "g = [0, 0, -9.81]", 'begin = 1\ng = { file = "m.csv" }')
+    assert "[[loads]] 1: begin does not go with a table" in failure_of(["check", file], capsys)
+
+
+def test_scenario_that_is_not_there_or_not_text_is_told(tmp_path, capsys):
+    assert "no.toml" in failure_of(["run", tmp_path / "no.toml"], capsys)
+    assert "directory" in failure_of(["run", tmp_path], capsys)
+    (tmp_path / "latin.toml").write_bytes('title = "Fläche"\n'.encode("latin-1"))
+    assert "line 1 is not UTF-8" in failure_of(["run", tmp_path / "latin.toml"], capsys)
+
+
+def test_scenario_with_the_mark_of_some_editors_is_read(tmp_path, capsys):
+    file = scenario(tmp_path)
+    file.write_bytes(b"\xef\xbb\xbf" + file.read_bytes())
+    assert main(["check", str(file)]) == 0
+
+
+def test_output_folder_that_is_a_file_or_lies_below_one_is_told(tmp_path, capsys):
+    file = scenario(tmp_path)
+    (tmp_path / "taken").write_text("mine")
+    assert "this is a file" in failure_of(["run", file, "-o", tmp_path / "taken"], capsys)
+    assert "cannot be written" in failure_of(["run", file, "-o", tmp_path / "taken" / "out"], capsys)
+    assert (tmp_path / "taken").read_text() == "mine"
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root may write anywhere")
+def test_output_folder_without_permission_is_told(tmp_path, capsys):
+    file = scenario(tmp_path)
+    (tmp_path / "closed").mkdir(mode=0o500)
+    assert "cannot be written" in failure_of(["run", file, "-o", tmp_path / "closed" / "out"], capsys)
+
+
+def test_former_run_is_kept_unless_overwriting_is_asked_for(tmp_path, capsys):
+    file, out = scenario(tmp_path), tmp_path / "out"
+    out.mkdir()
+    (out / "notes.txt").write_text("mine")
+    assert main(["run", str(file), "-o", str(out)]) == 0
+    before = {path: path.read_bytes() for path in sorted(out.rglob("*")) if path.is_file()}
+    assert len(before) > 6
+    capsys.readouterr()
+    line = failure_of(["run", file, "-o", out], capsys)
+    assert "a former run is in this folder" in line
+    assert "--overwrite" in line
+    assert {path: path.read_bytes() for path in sorted(out.rglob("*")) if path.is_file()} == before
+    (out / "frames" / "frame_000077.vtu").write_bytes(b"of a longer run")
+    (out / "frames" / "mine.vtu").write_bytes(b"mine")
+    assert main(["run", str(file), "-o", str(out), "--overwrite"]) == 0
+    assert (out / "notes.txt").read_text() == "mine"
+    assert sorted(path.name for path in (out / "frames").iterdir()) == [
+        "frame_000000.vtu",
+        "frame_000001.vtu",
+        "mine.vtu",
+    ]
+
+
+def test_overwriting_in_the_folder_of_the_scenario_spares_the_scenario(tmp_path):
+    file = scenario(tmp_path).rename(tmp_path / "scenario.toml")
+    for _ in range(2):
+        assert main(["run", str(file), "-o", str(tmp_path), "--overwrite"]) == 0
+    assert file.read_text() == SCENARIO
+
+
+def test_scenario_that_no_run_left_is_spared(tmp_path, capsys):
+    (tmp_path / "scenario.toml").write_text("# mine")
+    line = failure_of(["run", scenario(tmp_path), "-o", tmp_path, "--overwrite"], capsys)
+    assert "scenario.toml" in line
+    assert (tmp_path / "scenario.toml").read_text() == "# mine"
+
+
+def test_former_summary_is_gone_while_the_new_run_is_under_way(tmp_path, monkeypatch):
+    file, out = scenario(tmp_path), tmp_path / "out"
+    assert main(["run", str(file), "-o", str(out)]) == 0
+    seen = []
+    monkeypatch.setattr(
+        "netdae.run_folder.LastStep.__call__", lambda self, state: seen.append(sorted(os.listdir(out)))
+    )
+    assert main(["run", str(file), "-o", str(out), "--overwrite"]) == 0
+    assert len(seen) == 2
+    assert not [names for names in seen if "summary.json" in names or "trajectory.npz" in names]
+
+
+def test_bad_scenario_leaves_a_former_run_as_it_was(tmp_path, capsys):
+    out = tmp_path / "out"
+    assert main(["run", str(scenario(tmp_path)), "-o", str(out)]) == 0
+    capsys.readouterr()
+    failure_of(["run", scenario(tmp_path, "cells = 2", "cells = 0"), "-o", out, "--overwrite"], capsys)
+    assert (out / "summary.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "word"),
+    [
+        (["fly"], "fly"),
+        (["run"], "scenario"),
+        (["run", "a.toml", "--overwrit"], "--overwrit"),
+        (["run", "a.toml", "b.toml"], "b.toml"),
+        (["run", "a.toml", "-o"], "-o"),
+        (["--bogus"], "--bogus"),
+        (["mesh", "square", "--side", "wide", "--cells", "2", "-o", "x.vtu"], "wide"),
+        (["mesh", "square", "--side", "1", "-o", "x.vtu"], "cells"),
+        (["info", "no.vtu"], "no.vtu"),
+    ],
+)
+def test_mistake_on_the_command_line_is_one_line(arguments, word, capsys):
+    assert word in failure_of(arguments, capsys)
+
+
+def test_process_says_its_line_and_exits_with_2(tmp_path):
+    file = scenario(tmp_path, "side = 1.0", 'side = "5"')
+    for arguments in (["run", str(file)], ["run", "--bogus"]):
+        done = subprocess.run(
+            [sys.executable, "-c", "import sys; from netdae.cli import main; sys.exit(main())", *arguments],
+            capture_output=True,
+            text=True,
+            cwd=tmp_path,
+        )
+        assert done.returncode == 2
+        assert len(done.stderr.splitlines()) == 1
+        assert done.stdout == ""

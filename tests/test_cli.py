@@ -1,0 +1,369 @@
+"""The verbs run, check and schema: what they leave behind, say and return."""
+
+import csv
+import json
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import netdae as nd
+from netdae.cli import main
+from netdae.forces.cables import Cables
+from netdae.jacobian_check import _colours_of, stiffest_frequency
+from netdae.observers import read_checkpoint
+from netdae.vtk import VtuSeries, read_frame, read_series
+
+ROOT = Path(__file__).parent.parent
+NETDAE = (sys.executable, "-c", "import sys; from netdae.cli import main; sys.exit(main())")
+SCRIPTS = sorted((ROOT / "scripts").glob("*.toml"))
+
+SHOT = """\
+title = "small shot"
+[net]
+kind = "square"
+side = 1.0
+cells = 4
+[[material]]
+youngs_modulus = 1e9
+density = 1390
+diameter = 1e-3
+strength = 100
+[damping]
+kind = "dashpot"
+viscosity_time = 1e-4
+[[masses]]
+group = "corners"
+mass = 0.05
+[initial]
+scale = [0.8, 0.8, 1.0]
+[[initial.ejection]]
+group = "corners"
+speed = 5.0
+half_angle_deg = 60
+[solver]
+end = 0.1
+accuracy = "fast"
+[output]
+frames = 5
+"""
+
+
+def write(folder, text=SHOT):
+    file = folder / "shot.toml"
+    file.write_text(text, encoding="utf-8")
+    return file
+
+
+def summary_of(folder):
+    return json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="module")
+def flown(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("flown")
+    assert main(["run", str(write(folder)), "-o", str(folder / "out")]) == 0
+    return folder / "out"
+
+
+def test_folder_holds_what_the_contract_says(flown):
+    assert sorted(path.name for path in flown.iterdir()) == [
+        "checkpoint.npz",
+        "frames",
+        "metrics.csv",
+        "scenario.toml",
+        "series.pvd",
+        "summary.json",
+        "trajectory.npz",
+    ]
+    assert (flown / "scenario.toml").read_text(encoding="utf-8") == SHOT
+    times = np.linspace(0, 0.1, 5)
+    series = read_series(flown / "series.pvd")
+    np.testing.assert_array_equal([t for t, _ in series], times)
+    trajectory = nd.Trajectory.load(flown)
+    np.testing.assert_array_equal(trajectory.times, times)
+    np.testing.assert_array_equal(trajectory[-1].x, read_checkpoint(flown / "checkpoint.npz").x)
+    np.testing.assert_array_equal(trajectory[-1].x, read_frame(series[-1][1]).points)
+    rows = list(csv.DictReader((flown / "metrics.csv").open()))
+    np.testing.assert_array_equal([float(row["time"]) for row in rows], times)
+
+
+def test_summary_tells_solver_deployment_warnings_and_versions(flown):
+    summary = summary_of(flown)
+    assert summary["title"] == "small shot"
+    assert summary["status"] == "finished"
+    assert summary["solver"]["reached"] == summary["solver"]["end"] == 0.1
+    assert summary["solver"]["steps"] > 10
+    assert summary["deployment"]["peak_tension"] > 0
+    assert isinstance(summary["warnings"], list)
+    assert {*summary["versions"]} >= {"netdae", "python", "numpy", "scipy", "scikit-sundae", "sundials"}
+    # the cords' mass by hand: 40 cables of 0.25 m, and four bullets
+    cord = 1390 * np.pi * 1e-6 / 4 * 40 * 0.25
+    assert summary["net"]["mass"] == pytest.approx(cord + 0.2, rel=1e-12)
+    assert summary["net"]["cable_mass"] == pytest.approx(cord, rel=1e-12)
+
+
+def test_number_of_frames_changes_no_figure(flown, tmp_path):
+    assert (
+        main(["run", str(write(tmp_path, SHOT.replace("= 5\n", "= 23\n"))), "-o", str(tmp_path / "out")]) == 0
+    )
+    few, many = summary_of(flown), summary_of(tmp_path / "out")
+    assert len(read_series(tmp_path / "out" / "series.pvd")) == 23
+    for summary in (few, many):
+        del summary["solver"]["wall_seconds"]
+    assert few == many
+
+
+def test_run_says_a_few_quiet_lines_away_from_a_terminal(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main(["run", str(write(tmp_path))]) == 0
+    shown = capsys.readouterr()
+    assert shown.err == ""
+    assert len(shown.out.splitlines()) <= 20
+    assert "\x1b" not in shown.out
+    assert str(Path("shot_out") / "series.pvd") in shown.out
+    assert "largest mouth area" in shown.out
+    assert "peak tension" in shown.out
+    assert (tmp_path / "shot_out" / "series.pvd").exists()
+
+
+def test_warnings_are_said_and_kept(tmp_path, capsys):
+    file = write(tmp_path, SHOT.replace("strength = 100", "strength = 0.001"))
+    assert main(["run", str(file), "-o", str(tmp_path / "out")]) == 0
+    (warning,) = [each for each in summary_of(tmp_path / "out")["warnings"] if "strength" in each]
+    assert f"warning: {warning}\n" in capsys.readouterr().out
+
+
+# A force that no number can hold two moments after it sets in: the run fails under way
+DOOMED = SHOT.replace(
+    "[solver]", '[[loads]]\nkind = "nodal"\ngroup = "corners"\nforce = [1e200, 0, 0]\nbegin = 0.06\n[solver]'
+)
+
+
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+def test_run_that_fails_keeps_what_was_computed_and_exits_with_1(tmp_path, capsys):
+    out = tmp_path / "out"
+    assert main(["run", str(write(tmp_path, DOOMED)), "-o", str(out)]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "at t = 0.06" in line
+    assert "the 3 frames up to then are in" in line
+    assert str(out) in line
+    assert len(read_series(out / "series.pvd")) == 3
+    assert len(nd.Trajectory.load(out)) == 3
+    summary = summary_of(out)
+    assert summary["status"].startswith("failed: ")
+    assert summary["solver"]["reached"] == pytest.approx(0.06)
+    assert summary["deployment"]["end_time"] == pytest.approx(0.06)
+
+
+def stopped_at_third_frame(monkeypatch, error):
+    write_frame = VtuSeries.__call__
+
+    def stop(self, state):
+        if self.frame_count == 2:
+            raise error
+        write_frame(self, state)
+
+    monkeypatch.setattr(VtuSeries, "__call__", stop)
+
+
+def test_interrupted_run_keeps_what_was_computed_and_exits_with_130(tmp_path, capsys, monkeypatch):
+    stopped_at_third_frame(monkeypatch, KeyboardInterrupt)
+    assert main(["run", str(write(tmp_path)), "-o", str(tmp_path / "out")]) == 130
+    (line,) = capsys.readouterr().err.splitlines()
+    assert re.match(r"interrupted at t = 0\.0\d+ s; the 2 frames", line)
+    assert summary_of(tmp_path / "out")["status"] == "interrupted"
+    assert len(nd.Trajectory.load(tmp_path / "out")) == 2
+
+
+def test_bug_keeps_its_traceback_and_the_run_what_was_computed(tmp_path, monkeypatch):
+    stopped_at_third_frame(monkeypatch, ZeroDivisionError("a bug"))
+    with pytest.raises(ZeroDivisionError, match="a bug"):
+        main(["run", str(write(tmp_path)), "-o", str(tmp_path / "out")])
+    assert summary_of(tmp_path / "out")["status"] == "failed: ZeroDivisionError: a bug"
+    assert len(nd.Trajectory.load(tmp_path / "out")) == 2
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+@pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGTERM])
+def test_ctrl_c_and_sigterm_in_a_process_are_one_line(tmp_path, stop):
+    out = tmp_path / "out"
+    file = write(tmp_path, SHOT.replace("end = 0.1", "end = 50"))
+    process = subprocess.Popen(
+        [*NETDAE, "run", str(file), "-o", str(out)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        deadline = time.monotonic() + 30
+        while not (out / "frames" / "frame_000000.vtu").exists() and time.monotonic() < deadline:
+            time.sleep(0.02)
+        time.sleep(0.1)
+        process.send_signal(stop)
+        _, error = process.communicate(timeout=30)
+    finally:
+        process.kill()
+    assert process.returncode == 130
+    assert len(error.splitlines()) == 1
+    assert error.startswith("interrupted at t = ")
+    assert summary_of(out)["status"] == "interrupted"
+    assert len(nd.Trajectory.load(out)) >= 1
+
+
+HELD = SHOT[: SHOT.index("[initial]")] + "{}" + SHOT[SHOT.index("[solver]") :]
+
+
+@pytest.mark.parametrize("limits", ["", "begin = 0.05\nend = 0.1\n"])  # the end of the flight
+def test_reaction_of_a_net_that_is_held_whole_is_its_weight(limits, tmp_path):
+    load = f'[[loads]]\nkind = "gravity"\ng = [0, 0, -9.81]\n{limits}'
+    text = HELD.format(f'[[restraints]]\ngroup = "all"\n{load}')
+    assert main(["run", str(write(tmp_path, text)), "-o", str(tmp_path / "out")]) == 0
+    summary = summary_of(tmp_path / "out")
+    (held,) = summary["restraints"]
+    assert (held["group"], held["axes"]) == ("all", "xyz")
+    np.testing.assert_allclose(held["final_reaction"], [0, 0, 9.81 * summary["net"]["mass"]], atol=1e-12)
+
+
+def test_jump_of_a_driven_velocity_is_told_with_its_impulse(tmp_path):
+    (tmp_path / "m.csv").write_text("t,x,y,z\n0,0,0,0\n0.05,0,0,0\n0.1,0,0,0.05\n")
+    motion = 'motion = { file = "m.csv", interpolation = "linear" }'
+    text = HELD.format(f'[[restraints]]\ngroup = "all"\n{motion}\n')
+    assert main(["run", str(write(tmp_path, text)), "-o", str(tmp_path / "out")]) == 0
+    summary = summary_of(tmp_path / "out")
+    (jump,) = summary["impulses"]
+    assert jump["time"] == 0.05
+    np.testing.assert_allclose(jump["impulse"], [0, 0, summary["net"]["mass"] * 1.0], rtol=1e-12)
+
+
+@pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
+def test_shipped_scenario_flies(script, tmp_path, capsys):
+    text = script.read_text(encoding="utf-8").replace("../meshes", (ROOT / "meshes").as_posix())
+    text = re.sub(r"(?m)^end = [\d.]+( +# s)?\n(?=accuracy)", "end = 0.02\n", text)
+    text = re.sub(r"(?m)^frames = \d+", "frames = 3", text)
+    assert "end = 0.02" in text
+    file = tmp_path / script.name
+    file.write_text(text, encoding="utf-8")
+    for table in (ROOT / "scripts").glob("*.csv"):
+        shutil.copy(table, tmp_path)
+    assert main(["run", str(file), "-o", str(tmp_path / "out")]) == 0
+    assert capsys.readouterr().err == ""
+    assert summary_of(tmp_path / "out")["status"] == "finished"
+    assert len(read_series(tmp_path / "out" / "series.pvd")) == 3
+    assert main(["check", str(file)]) == 0
+
+
+def test_check_tells_the_net_and_writes_nothing(tmp_path, capsys):
+    file = write(tmp_path)
+    assert main(["check", str(file)]) == 0
+    shown = capsys.readouterr().out
+    assert re.search(r"nodes +25\n", shown)
+    assert re.search(r"cables +40\n", shown)
+    assert re.search(r"mass +0\.21", shown)
+    assert re.search(r"stiffest frequency +\d", shown)
+    errors = [float(each) for each in re.findall(r"largest error (\S+),", shown)]
+    assert len(errors) == 4
+    assert max(errors) < 1e-5
+    for taut, slack in list(re.findall(r"(\d+) cables taut, (\d+) slack", shown))[1:]:
+        assert min(int(taut), int(slack)) >= 8
+    assert list(tmp_path.iterdir()) == [file]
+
+
+def without_geometric_stiffness(K, C):
+    q = 1e-3 * np.abs(K).max()
+    K[:, 0, :, 1] -= q * np.eye(3)
+
+
+def with_viscosity_of_wrong_sign(K, C):
+    C *= -1
+
+
+def with_one_wrong_entry(K, C):
+    K[-1, 1, 2, 0, 2] += 1e-3 * np.abs(K).max()
+
+
+@pytest.mark.parametrize(
+    "spoil", [without_geometric_stiffness, with_viscosity_of_wrong_sign, with_one_wrong_entry]
+)
+def test_check_finds_a_wrong_tangent_and_exits_with_1(spoil, tmp_path, capsys, monkeypatch):
+    right = Cables.tangent
+
+    def wrong(self, t, x, v):
+        K, C = right(self, t, x, v)
+        spoil(K, C)
+        return K, C
+
+    monkeypatch.setattr(Cables, "tangent", wrong)
+    assert main(["check", str(write(tmp_path))]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "the Jacobian disagrees" in line
+    assert re.search(r"F₂ of node \d+ along [xyz] with respect to [xv] along [xyz] of node \d+", line)
+
+
+def test_directions_of_the_check_meet_each_row_once(tmp_path):
+    system = nd.read_scenario(write(tmp_path)).build().system
+    colours = _colours_of(system)
+    near = np.eye(system.net.node_count, dtype=bool)
+    near[tuple(system.net.cables.T)] = near[tuple(system.net.cables.T[::-1])] = True
+    for row in near:
+        assert len({*colours[row]}) == row.sum()
+
+
+@pytest.mark.parametrize("held", [False, True])
+def test_stiffest_frequency_of_one_cable_is_that_of_its_two_masses(held):
+    net = nd.CableNet([[0, 0, 0], [0.6, 0.8, 0]], [[0, 1]], {"end": [0]})
+    cord = nd.Material(youngs_modulus=1e9, density=1000.0, area=1e-6)
+    restraints = [nd.Restraint("end")] if held else []
+    system = nd.System(net, cord, damping=nd.NoDamping(), restraints=restraints)
+    # k = 1000 N/m between two masses of 0.5 g, or one of them and a wall
+    expected = np.sqrt(1000 * (2000 if held else 4000)) / (2 * np.pi)
+    assert stiffest_frequency(system) == pytest.approx(expected, rel=1e-9)
+
+
+def test_stiffest_frequency_of_a_large_net_is_that_of_all_its_modes():
+    system = nd.System(
+        nd.CableNet.square(side=1.0, cells=6),
+        nd.Material(youngs_modulus=1e9, density=1000.0, area=1e-6),
+        masses={"corners": 0.1},
+        damping=nd.Rayleigh(beta=1.0),
+    )
+    K, weight = system.damping_matrix().toarray(), np.sqrt(np.repeat(system.mass, 3))
+    expected = np.sqrt(np.linalg.eigvalsh(K / np.outer(weight, weight))[-1]) / (2 * np.pi)
+    assert stiffest_frequency(system) == pytest.approx(expected, rel=1e-5)
+
+
+def test_schema_is_json_that_knows_the_keys(capsys):
+    assert main(["schema"]) == 0
+    schema = json.loads(capsys.readouterr().out)
+    assert {"net", "material", "damping", "solver"} == {*schema["required"]}
+    assert "J. " not in schema["title"]
+    assert schema["$defs"]["Mass"]["properties"]["mass"]["description"].endswith("kg.")
+
+
+def test_help_and_version_are_told(capsys):
+    for arguments in (["--help"], ["run", "--help"], ["check", "--help"], []):
+        assert main(arguments) == 0
+        assert "Usage: netdae" in capsys.readouterr().out
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out.strip() == nd.__version__
+
+
+@pytest.mark.skipif(os.name != "posix", reason="pipes of POSIX")
+def test_reader_that_leaves_early_is_no_error():
+    process = subprocess.Popen(
+        [*NETDAE, "schema"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    process.stdout.close()
+    error = process.stderr.read()
+    process.stderr.close()
+    assert process.wait() == 0
+    assert error == b""
