@@ -177,8 +177,10 @@ def check_table(times: FloatArray, values: FloatArray, interpolation: str) -> No
     if not (np.isfinite(times).all() and np.isfinite(values).all()):
         row = int(np.argmin(np.isfinite(times) & np.isfinite(values).all(axis=1)))
         raise InputError(f"table: row {row + 1} holds a number that is not finite: mend it")
-    if (np.diff(times) < 0).any() or (len(times) > 2 and (times[2:] == times[:-2]).any()):
-        row = int(np.argmax(np.diff(times) < 0)) + 2
+    wrong = np.diff(times) < 0
+    wrong[1:] |= times[2:] == times[:-2]  # a time that stands thrice
+    if wrong.any():
+        row = int(np.argmax(wrong)) + 2
         raise InputError(
             f"table: the times do not rise at row {row}: sort them; a time that stands twice is a jump"
         )

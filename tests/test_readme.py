@@ -45,10 +45,10 @@ def run_script(name: str, *arguments: object) -> subprocess.CompletedProcess[str
 
 def test_the_first_two_commands_are_the_flight_and_the_tests() -> None:
     flight, tests = commands()
-    assert flight[:4] == ["python3", "scripts/venv.py", "netdae", "run"]
+    assert flight[:4] == ["python3", "scripts/in_venv.py", "netdae", "run"]
     assert (PROJECT / flight[4]).is_file()
-    assert tests == ["python3", "scripts/venv.py", "--extra", "test", "pytest"]
-    assert "scripts/venv.py --extra test pytest" in (PROJECT / ".ci/run").read_text()
+    assert tests == ["python3", "scripts/in_venv.py", "--extra", "test", "pytest"]
+    assert "scripts/in_venv.py --extra test pytest" in (PROJECT / ".ci/run").read_text()
 
 
 def test_the_scenario_of_the_readme_flies(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -153,9 +153,9 @@ def test_picture_script_shows_the_net(tmp_path: Path) -> None:
 
 
 def test_venv_script_says_how_it_is_called() -> None:
-    done = run_script("venv.py")
+    done = run_script("in_venv.py")
     assert done.returncode == 2
-    assert "python3 scripts/venv.py netdae run" in done.stderr
+    assert "python3 scripts/in_venv.py netdae run" in done.stderr
 
 
 def test_every_script_is_run_by_a_test() -> None:

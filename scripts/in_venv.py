@@ -1,7 +1,7 @@
 """Run a command of netdae in a virtual environment of its own, made at the first call.
 
-    python3 scripts/venv.py netdae run scripts/corner_shot.toml -o out/corner_shot
-    python3 scripts/venv.py --extra test pytest
+    python3 scripts/in_venv.py netdae run scripts/corner_shot.toml -o out/corner_shot
+    python3 scripts/in_venv.py --extra test pytest
 
 The environment is the folder .venv of the project. It holds netdae, installed in place, and what it needs;
 --extra test adds what the tests need. Nothing but Python 3.11 or newer is asked for.
