@@ -5,9 +5,7 @@ The names below are loaded at their first use, so that `import netdae` stays lig
 
 from __future__ import annotations
 
-import sys
 from importlib import import_module
-from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
@@ -15,9 +13,10 @@ __version__ = "0.1.0"
 if TYPE_CHECKING:
     from netdae.damping import Dashpot, NoDamping, Rayleigh
     from netdae.errors import InputError, MeshError, NetdaeError, RunError, ScenarioError
+    from netdae.flight import simulate
     from netdae.forces.loads import Gravity, NodalLoad
     from netdae.initial import ejected, scaled
-    from netdae.integrate import integrate
+    from netdae.integration import integrate
     from netdae.material import Material
     from netdae.mesh_io import read_net, write_net
     from netdae.metrics import DeploymentMetrics
@@ -29,7 +28,6 @@ if TYPE_CHECKING:
     from netdae.restraints import Restraint
     from netdae.scenario import read_scenario
     from netdae.signals import Function, Pulse, Table
-    from netdae.simulate import simulate
     from netdae.state import State, Trajectory
     from netdae.statics import Equilibrium, equilibrium
     from netdae.system import System
@@ -40,7 +38,7 @@ _HOMES = {
     "netdae.errors": ("InputError", "MeshError", "NetdaeError", "RunError", "ScenarioError"),
     "netdae.forces.loads": ("Gravity", "NodalLoad"),
     "netdae.initial": ("ejected", "scaled"),
-    "netdae.integrate": ("integrate",),
+    "netdae.integration": ("integrate",),
     "netdae.material": ("Material",),
     "netdae.mesh_io": ("read_net", "write_net"),
     "netdae.metrics": ("DeploymentMetrics",),
@@ -52,7 +50,7 @@ _HOMES = {
     "netdae.restraints": ("Restraint",),
     "netdae.scenario": ("read_scenario",),
     "netdae.signals": ("Function", "Pulse", "Table"),
-    "netdae.simulate": ("simulate",),
+    "netdae.flight": ("simulate",),
     "netdae.state": ("State", "Trajectory"),
     "netdae.statics": ("Equilibrium", "equilibrium"),
     "netdae.system": ("System",),
@@ -73,14 +71,3 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return __all__
-
-
-class _Package(ModuleType):
-    """Keeps `simulate` and `integrate` functions: importing a module would put it in the place of its name."""
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        if not (name in _HOME_OF and isinstance(value, ModuleType)):
-            super().__setattr__(name, value)
-
-
-sys.modules[__name__].__class__ = _Package

@@ -38,7 +38,6 @@ NEWTON_ITERATIONS = 4  # IDA's default limit in one attempt of a step
 STUCK = 1000  # steps without progress of the clock before a run is given up
 
 REASONS = {
-    -2: "the tolerances are finer than double precision can follow",
     -3: "the error test failed again and again, down to the smallest step",
     -4: "Newton's iteration failed again and again, down to the smallest step",
     -22: "its start asks for steps too small to take: look for a force or an acceleration without bound",
@@ -139,7 +138,10 @@ class IdaSolver:
     def _setup(self, t, y, yp, res, cj) -> None:  # type: ignore[no-untyped-def]
         begin = perf_counter()
         x, v = y.reshape(self._shape)
-        self._solver.setup(self._phase, t, x, v, cj)
+        try:
+            self._solver.setup(self._phase, t, x, v, cj)
+        except RunError as error:
+            raise RunError(f"the run failed at t = {t:.9g} s: {error}") from error
         if t == self._setup_t:  # asked for again in the same attempt: Newton failed on the former matrix
             self.counts["newton_failures"] += 1
         self._setup_t = t

@@ -82,6 +82,8 @@ class Ledger:
 
     def _share(self, state: State, rates: _Rates) -> tuple[float, float, FloatArray]:
         last, h = self._last, state.t - self._last.t
+        if h == 0.0:  # the clock stands still in a run that is about to fail
+            return 0.0, 0.0, np.zeros(3)
         x = 0.5 * (last.x + state.x) + 0.125 * h * (last.v - state.v)
         v = 1.5 / h * (state.x - last.x) - 0.25 * (last.v + state.v)
         middle = self._rates_at(last.t + 0.5 * h, x, v, None)

@@ -9,7 +9,7 @@ a system of 3n unknowns. On restrained axes c both rows are algebraic, x − x_d
 
     dx_c = r₁,  dv_c = r₂,      K_ff dx_f = r₂ + c_j M r₁ + [D u]_f − [T w]_f,   u = (r₁f, −dv_c),  w = (0, dx_c),
 
-for which the rows and columns of c are zeroed in K, with 1 on the diagonal.
+for which the rows and columns of c are zeroed in K, with 1 + c_j² M on the diagonal (of the size of its neighbours).
 K takes the symmetric parts of T and D, so that one LDLᵀ serves; what is left out slows Newton's iteration
 but does not change its result. Negative pivots are accepted: gravity gradients and contact bring them.
 """

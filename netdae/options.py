@@ -18,6 +18,10 @@ PRESETS: dict[Accuracy, tuple[float, float, float]] = {
 """rtol, atol_position in m, atol_velocity in m/s; what each keeps is measured by `scripts/accuracy.py`."""
 
 
+FINEST_RTOL, COARSEST_RTOL = 1e-13, 0.1
+"""Finer, round-off fails the error test and the flight creeps; coarser, nothing is left of it."""
+
+
 @dataclass(frozen=True)
 class SolverOptions:
     """Tolerances and limits of IDA.
@@ -48,8 +52,8 @@ class SolverOptions:
             value = getattr(self, name)
             if value is not None and not (math.isfinite(value) and value > 0):
                 raise InputError(f"{name} is {value:g}: give a finite number above zero")
-        if self.rtol is not None and self.rtol > 0.1:
-            raise InputError(f"rtol is {self.rtol:g}: give 0.1 or less")
+        if self.rtol is not None and not FINEST_RTOL <= self.rtol <= COARSEST_RTOL:
+            raise InputError(f"rtol is {self.rtol:g}: give {FINEST_RTOL:g} to {COARSEST_RTOL:g}")
         if not 1 <= self.max_order <= 5:
             raise InputError(f"max_order is {self.max_order}: the BDF formulas of IDA have order 1 to 5")
 

@@ -20,7 +20,7 @@ from netdae.damping import Damping, Dashpot, NoDamping, Rayleigh
 from netdae.errors import InputError, ScenarioError
 from netdae.forces.loads import Gravity, Load, NodalLoad
 from netdae.initial import ejected, scaled
-from netdae.integrate import Integration, Watch, integrate
+from netdae.integration import Integration, Watch, integrate
 from netdae.material import Material
 from netdae.mesh_io import describe
 from netdae.metrics import DeploymentMetrics

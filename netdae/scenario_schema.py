@@ -11,6 +11,8 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Strict, Tag, model_validator
 from pydantic_core import PydanticCustomError
 
+from netdae.options import COARSEST_RTOL, FINEST_RTOL
+
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
 Count = Annotated[int, Field(ge=1)]
@@ -268,7 +270,9 @@ class Solver(Section):
     accuracy: Literal["fast", "standard", "accurate"] = Field(
         "standard", description="Preset of rtol, atol_position and atol_velocity, each of which overrides it."
     )
-    rtol: Annotated[float, Field(gt=0, le=0.1)] | None = Field(None, description="Relative tolerance.")
+    rtol: Annotated[float, Field(ge=FINEST_RTOL, le=COARSEST_RTOL)] | None = Field(
+        None, description="Relative tolerance."
+    )
     atol_position: Positive | None = Field(None, description="Absolute tolerance of positions, m.")
     atol_velocity: Positive | None = Field(None, description="Absolute tolerance of velocities, m/s.")
     max_order: int = Field(5, ge=1, le=5, description="Highest order of the BDF formulas.")

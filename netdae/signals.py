@@ -107,8 +107,11 @@ class Function:
     kinks: tuple[float, ...] = ()
 
     def __call__(self, t: float) -> FloatArray:
-        """Value (3,) at time t; raises InputError if the function returns anything else."""
-        return _vector(self.function(t), f"the function at t = {t:g} s")
+        """Value (3,) at time t; raises InputError if the function returns anything but three numbers."""
+        value = np.asarray(self.function(t), dtype=np.float64)
+        if value.shape != (3,):
+            raise InputError(f"the function at t = {t:g} s gives {value.tolist()!r}: expected three numbers")
+        return value
 
     def covers(self, begin: float, end: float) -> bool:
         """Always."""

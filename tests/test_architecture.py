@@ -22,7 +22,7 @@ LAYERS = (
         *("restraints", "signals", "state"),
     ),
     ("initial", "system"),
-    ("balance", "ida", "integrate", "ledger", "linear_solver", "modes", "options", "simulate", "statics"),
+    ("balance", "ida", "flight", "integration", "ledger", "linear_solver", "modes", "options", "statics"),
     ("figures", "metrics", "mouth", "observers"),
     ("inp", "mesh_findings", "mesh_io", "msh", "raw_mesh", "vtk", "vtk_lines"),
     ("scenario", "scenario_problems", "scenario_schema", "tables"),
@@ -114,7 +114,7 @@ def test_nothing_heavy_is_imported_before_it_is_used(code):
 
 def test_every_public_name_can_be_had_whatever_was_imported_before():
     code = """
-import netdae, netdae.simulate, netdae.integrate, netdae.cli.run
+import netdae, netdae.flight, netdae.integration, netdae.cli.run
 from types import ModuleType
 assert not [name for name in netdae.__all__ if isinstance(getattr(netdae, name), ModuleType)]
 """

@@ -17,11 +17,11 @@ from rich.console import Console
 
 from netdae.damping import Dashpot
 from netdae.errors import InputError, RunError
+from netdae.flight import simulate
 from netdae.material import Material
 from netdae.metrics import COLUMNS, DeploymentMetrics
 from netdae.net import CableNet
 from netdae.observers import Checkpoint, MetricsCsv, Progress, Recorder, read_checkpoint
-from netdae.simulate import simulate
 from netdae.state import Books, State, Trajectory
 from netdae.system import System
 

@@ -49,9 +49,9 @@ def run(
 
 def _fly(simulation: Simulation, folder: RunFolder) -> dict[str, Any]:
     """Fly and return the summary, which is written also when the run fails."""
+    from netdae.flight import shown, watches_of
     from netdae.observers import Progress
     from netdae.run_folder import LastStep, summary_of
-    from netdae.simulate import shown, watches_of
 
     last, system, end = LastStep(), simulation.system, float(simulation.times[-1])
     observers = [*folder.observers(simulation), last, Progress(end)]

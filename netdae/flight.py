@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from typing import Any
 
 from netdae._arrays import FloatArray
-from netdae.integrate import Integration, Watch, integrate
+from netdae.integration import Integration, Watch, integrate
 from netdae.options import SolverOptions
 from netdae.state import State, Trajectory
 from netdae.system import System

@@ -1,0 +1,241 @@
+"""Every force against differences: tangents on both sides of every branch, energies, powers.
+
+A new force joins by one line in `CASES`; `test_every_force_class_is_tested_here` asks for it.
+"""
+
+import importlib
+import inspect
+import pkgutil
+
+import numpy as np
+import pytest
+
+import netdae.forces
+from netdae.damping import Dashpot
+from netdae.forces.cables import Cables, law_of
+from netdae.forces.loads import UniformLoad
+from netdae.forces.rayleigh import MassDamping, StiffnessDamping
+from netdae.signals import Function
+
+M = 20  # elements in each case
+EPS = 0.2  # toe strain, as large as the strains, so that each branch is well away from its ends
+
+
+def cables(strain, rate, *, eps=0.0, engineering=False, tau=0.0):
+    """Random cables with strains and strain rates in the given ranges, and sideways motion of 1 m/s."""
+    rng = np.random.default_rng(7)
+    L, EA = rng.uniform(0.5, 1.5, M), rng.uniform(20.0, 60.0, M)
+    E11, dE11 = rng.uniform(*strain, M), rng.uniform(*rate, M)
+    n = rng.standard_normal((M, 3))
+    n /= np.linalg.norm(n, axis=1)[:, None]
+    d = n * (L * np.sqrt(1 + 2 * E11))[:, None]
+    side = rng.standard_normal((M, 3))
+    w = side - np.sum(side * n, axis=1)[:, None] * n + d * (dE11 * L**2 / np.sum(d * d, axis=1))[:, None]
+    x, v = rng.standard_normal((M, 2, 3)), rng.standard_normal((M, 2, 3))
+    x[:, 1], v[:, 1] = x[:, 0] + d, v[:, 0] + w
+    nodes = np.arange(2 * M).reshape(M, 2)
+    force = Cables(nodes, L, EA, np.full(M, eps), np.full(M, engineering), np.full(M, tau))
+    return force, 0.0, x, v
+
+
+def points(make):
+    rng = np.random.default_rng(8)
+    nodes = np.arange(M)[:, None]
+    force = make(nodes, rng.uniform(0.1, 1.0, M))
+    return force, 0.3, rng.standard_normal((M, 1, 3)), rng.standard_normal((M, 1, 3))
+
+
+def stiffness_damping():
+    _, _, x, v = cables((-0.1, 0.1), (-1.0, 1.0))
+    A = np.random.default_rng(9).standard_normal((M, 3))
+    return StiffnessDamping(np.arange(2 * M).reshape(M, 2), A[:, :, None] * A[:, None, :]), 0.0, x, v
+
+
+def toe(strain, rate=(-1.0, 1.0), **more):
+    return lambda: cables(strain, rate, eps=EPS, **more)
+
+
+SLACK, TAUT, IN_TOE, ABOVE = (-0.4, -0.02), (0.02, 0.5), (0.02, 0.9 * EPS), (1.1 * EPS, 0.6)
+# with τ = 0.1 s the dashpot adds 0.1 Ė11 g′: rates over −0.1 leave S11 > 0 at strains over 0.02, see the check below
+ACTIVE, CLAMPED, TAU = (0.0, 2.0), (-40.0, -20.0), 0.1
+LINEAR = {"engineering": True}
+
+CASES = {
+    "slack": lambda: cables(SLACK, (-1.0, 1.0)),
+    "slack toe": toe(SLACK),
+    "slack engineering": toe(SLACK, **LINEAR),
+    "slack dashpot": toe(SLACK, (-40.0, 40.0), tau=TAU),
+    "taut": lambda: cables(TAUT, (-1.0, 1.0)),
+    "in the toe": toe(IN_TOE),
+    "above the toe": toe(ABOVE),
+    "taut engineering": lambda: cables(TAUT, (-1.0, 1.0), **LINEAR),
+    "in the toe engineering": toe((0.02, 0.9 * EPS), **LINEAR),
+    "above the toe engineering": toe((1.3 * EPS, 0.6), **LINEAR),  # λ − 1 < E11: the branch is at E11 = 0.22
+    "taut dashpot": lambda: cables(TAUT, ACTIVE, tau=TAU),
+    "taut dashpot unloading": lambda: cables((0.3, 0.5), (-2.0, -1.0), tau=TAU),
+    "in the toe dashpot": toe(IN_TOE, ACTIVE, tau=TAU),
+    "above the toe dashpot": toe(ABOVE, ACTIVE, tau=TAU),
+    "taut engineering dashpot": lambda: cables(TAUT, ACTIVE, tau=TAU, **LINEAR),
+    "in the toe engineering dashpot": toe(IN_TOE, ACTIVE, tau=TAU, **LINEAR),
+    "above the toe engineering dashpot": toe((1.3 * EPS, 0.6), ACTIVE, tau=TAU, **LINEAR),
+    "taut dashpot clamped": lambda: cables(TAUT, CLAMPED, tau=TAU),
+    "in the toe dashpot clamped": toe(IN_TOE, CLAMPED, tau=TAU),
+    "above the toe engineering dashpot clamped": toe((1.3 * EPS, 0.6), CLAMPED, tau=TAU, **LINEAR),
+    "stiffness damping": stiffness_damping,
+    "mass damping": lambda: points(MassDamping),
+    "load": lambda: points(lambda nodes, w: UniformLoad(nodes, w, Function(lambda t: [t, t * t, 1.0 - t]))),
+}  # fmt: skip
+
+
+@pytest.fixture(params=CASES)
+def case(request):
+    return CASES[request.param]()
+
+
+def differences(function, place, h):
+    """Central differences of function(place) (m, k, 3) by each node and axis: (m, k, 3, k, 3)."""
+    m, k, _ = place.shape
+    result = np.empty((m, k, 3, k, 3))
+    for j in range(k):
+        for b in range(3):
+            step = np.zeros_like(place)
+            step[:, j, b] = h
+            result[..., j, b] = (function(place + step) - function(place - step)) / (2 * h)
+    return result
+
+
+def test_every_force_class_is_tested_here():
+    tested = {type(make()[0]) for make in CASES.values()}
+    for info in pkgutil.iter_modules(netdae.forces.__path__):
+        module = importlib.import_module(f"netdae.forces.{info.name}")
+        for name, member in inspect.getmembers(module, inspect.isclass):
+            if member.__module__ == module.__name__ and hasattr(member, "tangent") and name != "Force":
+                assert member in tested, f"{name} has no line in CASES"
+
+
+def test_tangents_are_the_derivatives_of_the_force(case):
+    force, t, x, v = case
+    K, C = force.tangent(t, x, v)
+    # h = 1e-5: round-off 1e-16/h = 1e-11 and truncation h² = 1e-10 of the force's third derivative, which is
+    # up to 1/EPS² = 25 times the tangent in the toe
+    h = 1e-5
+    Kd = differences(lambda at: force.force(t, at, v), x, h)
+    Cd = differences(lambda at: force.force(t, x, at), v, h)
+    scale = max(np.abs(Kd).max(), np.abs(Cd).max(), 1.0)
+    np.testing.assert_allclose(K, Kd, rtol=0, atol=1e-8 * scale)
+    np.testing.assert_allclose(C, Cd, rtol=0, atol=1e-8 * scale)
+
+
+def test_the_elastic_force_is_minus_the_gradient_of_the_stored_energy(case):
+    force, t, x, v = case
+    at_rest = force.force(t, x, np.zeros_like(v)) * (not force.external)  # a load stores no energy
+    h = 1e-5  # as above
+    gradient = np.empty_like(x)
+    for index in np.ndindex(x.shape):
+        step = np.zeros_like(x)
+        step[index] = h
+        up, down = (force.account(t, x + s, np.zeros_like(v)).stored_energy for s in (step, -step))
+        gradient[index] = (up - down) / (2 * h)
+    # the energy of all M cables, some 50 J, is rounded: 1e-14/h
+    np.testing.assert_allclose(-gradient, at_rest, rtol=0, atol=1e-7)
+
+
+def test_stored_dissipated_and_external_power_balance_the_force(case):
+    force, t, x, v = case
+    account = force.account(t, x, v)
+    h = 1e-6  # along x + v h, |v| ~ 1 to 40 m/s
+    up, down = (force.account(t, x + s * v, v).stored_energy for s in (h, -h))
+    power = float(np.vdot(force.force(t, x, v), v))
+    balance = (up - down) / (2 * h) + account.dissipated_power + power - account.external_power
+    assert abs(balance) < 1e-6 * max(1.0, abs(power), account.dissipated_power)
+    assert account.dissipated_power >= 0.0
+
+
+def test_the_cases_lie_on_the_branches_they_name():
+    for name, make in CASES.items():
+        force, _, x, v = make()
+        if not isinstance(force, Cables):
+            continue
+        pull = np.linalg.norm(force.force(0.0, x, v)[:, 0], axis=1)
+        assert ((pull == 0) == ("slack" in name or "clamped" in name)).all(), name
+        d = x[:, 1] - x[:, 0]
+        lam = np.linalg.norm(d, axis=1) / force.L
+        e = lam - 1 if force.engineering[0] else 0.5 * (lam**2 - 1)
+        if "toe" in name and "slack" not in name:
+            assert ((e < EPS) == ("in the toe" in name)).all(), name
+
+
+def test_a_dashpot_is_dissipated_power_by_the_formula():
+    """(S − g) Ė11 Ā L̄ with the clamped S, from Eq. (3) by hand."""
+    for name in ("taut dashpot", "taut dashpot clamped", "slack dashpot"):
+        force, t, x, v = CASES[name]()
+        d, w = x[:, 1] - x[:, 0], v[:, 1] - v[:, 0]
+        E11 = 0.5 * (np.sum(d * d, axis=1) / force.L**2 - 1)
+        rate = np.sum(d * w, axis=1) / force.L**2
+        g = np.where(E11 >= 0, E11, 0.0)
+        S = np.where(E11 >= 0, np.maximum(E11 + TAU * rate, 0.0), 0.0)
+        assert force.account(t, x, v).dissipated_power == pytest.approx(
+            np.sum((S - g) * rate * force.EA * force.L), rel=1e-12, abs=1e-15
+        )
+
+
+@pytest.mark.parametrize("engineering", [False, True])
+def test_the_toe_law_joins_smoothly_and_loses_half_a_toe(engineering):
+    eps, tiny = 1e-3, 1e-12
+    strain_of_stretch = eps + 0.5 * eps**2 if engineering else eps  # where λ − 1, or E11, is ε
+    below, above = (law_of(strain_of_stretch * (1 + s), eps, engineering) for s in (-tiny, tiny))
+    assert below[0] == pytest.approx(above[0], rel=1e-10)
+    assert below[1] == pytest.approx(above[1], rel=1e-10)
+    assert below[3] == pytest.approx(above[3], rel=1e-10)
+    assert law_of(0.0, eps, engineering)[:2] == (0.0, 0.0)
+    assert law_of(-1e-300, eps, engineering) == (0.0, 0.0, 0.0, 0.0)
+    sharp, soft = law_of(0.01, 0.0, engineering), law_of(0.01, eps, engineering)
+    stretch = np.sqrt(1.02)
+    lost = 0.5 * eps / (stretch if engineering else 1.0)
+    assert sharp[0] - soft[0] == pytest.approx(lost, rel=1e-12)
+
+
+def test_a_vanishing_toe_is_the_sharp_law():
+    E11 = np.linspace(-0.01, 0.01, 41)
+    for engineering in (False, True):
+        sharp = np.array([law_of(e, 0.0, engineering) for e in E11])
+        toe = np.array([law_of(e, 1e-12, engineering) for e in E11])
+        kink = E11 == 0.0  # there g′ is E without a toe and 0 with one
+        # stress off by ε/2; g″ alone is of another size inside the toe
+        np.testing.assert_allclose(toe[~kink][:, [0, 1, 3]], sharp[~kink][:, [0, 1, 3]], rtol=0, atol=1e-11)
+
+
+def test_the_engineering_law_differs_in_force_by_one_and_a_half_strains():
+    """N = EA (λ − 1) against N = EA λ (λ² − 1)/2 = EA e (1 + 3e/2 + e²/2)."""
+    for e in (1e-4, 1e-3):
+        stretch = 1 + e
+        E11 = 0.5 * (stretch**2 - 1)
+        linear, quadratic = (law_of(E11, 0.0, law)[0] * stretch for law in (True, False))
+        assert linear == pytest.approx(e, rel=1e-11)  # e itself is rounded by 1e-16/e
+        assert quadratic / linear - 1 == pytest.approx(1.5 * e + 0.5 * e**2, rel=1e-7)
+
+
+def test_coincident_nodes_give_zero_and_no_nan():
+    for name, make in CASES.items():
+        force, t, x, v = make()
+        if isinstance(force, Cables):
+            packed = np.broadcast_to(x[:, :1], x.shape).copy()
+            with np.errstate(all="raise"):
+                assert not force.force(t, packed, v).any(), name
+                K, C = force.tangent(t, packed, v)
+            assert not K.any(), name
+            assert not C.any(), name
+            assert force.account(t, packed, v) == (0.0, 0.0, 0.0)
+
+
+def test_a_dashpot_by_zeta_is_that_share_of_critical():
+    """Two lumps m/2 on a spring k: reduced mass m/4, critical 2√(k m/4) = √(k m); c = ζ√(k m) = τ k."""
+    from conftest import CORD, line
+
+    from netdae.material import Cords
+
+    net = line(1, length=0.7)
+    tau = Dashpot(zeta=0.1).viscosity_times(net, Cords.of(net, CORD))
+    area = np.pi / 4 * 1e-6
+    m, k = 1390.0 * area * 0.7, 70e9 * area / 0.7
+    assert tau[0] * k == pytest.approx(0.1 * np.sqrt(k * m), rel=1e-12)
