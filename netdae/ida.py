@@ -16,7 +16,7 @@ import os
 import sys
 from collections import Counter, defaultdict
 from time import perf_counter
-from typing import TextIO
+from typing import ClassVar, TextIO
 
 # SUNDIALS writes warnings to C's stderr unless told otherwise before its first context
 os.environ.setdefault("SUNLOGGER_WARNING_FILENAME", os.devnull)
@@ -28,8 +28,9 @@ from sksundae.ida import IDA, IDAJacTimes, IDAPrecond
 from netdae._arrays import FloatArray
 from netdae.errors import RunError
 from netdae.linear_solver import CondensedSolver
-from netdae.options import SolverOptions
+from netdae.options import HIGHEST_ORDER, SolverOptions
 from netdae.restraints import Drive
+from netdae.stepper import Step
 from netdae.system import System
 
 logger = logging.getLogger(__name__)
@@ -46,6 +47,16 @@ REASONS = {
 
 class IdaSolver:
     """IDA with its callbacks, counters and buffers for one System; phases are entered by `enter`."""
+
+    COUNTS: ClassVar = (
+        "steps",
+        "residuals",
+        "setups",
+        "solves",
+        "newton_failures",
+        "error_test_failures",
+        "starts",
+    )
 
     def __init__(self, system: System, drive: Drive, options: SolverOptions) -> None:
         self._system = self._phase = system
@@ -74,7 +85,7 @@ class IdaSolver:
             linsolver="gmres",
             precond=IDAPrecond(self._setup, self._solve),
             jactimes=IDAJacTimes(None, self._true_product if true else self._frozen_product),
-            max_order=options.max_order,
+            max_order=options.max_order or HIGHEST_ORDER,
             max_step=options.max_step or 0.0,
             algebraic_idx=np.flatnonzero(np.stack((drive.mask, drive.mask))),
         )
@@ -87,30 +98,29 @@ class IdaSolver:
         with _quiet():
             self._ida.init_step(t, y.ravel(), yp.ravel())
 
-    def step(self, stop: float) -> tuple[float, FloatArray, FloatArray]:
-        """One internal step towards `stop`, not beyond: t, y = (x, v) and yp, each (2, n, 3)."""
-        t, y, yp = self._advance(stop, "onestep", stop)
+    def step(self, stop: float) -> list[Step]:
+        """One internal step towards `stop`, not beyond."""
+        t, y, yp, _ = self._advance(stop, "onestep", stop)
         if t == self._t:  # after an output inside the last step IDA returns to its end first
-            t, y, yp = self._advance(stop, "onestep", stop)
+            t, y, yp, _ = self._advance(stop, "onestep", stop)
         self.counts["steps"] += 1
         stuck = t - self._t <= 4 * math.ulp(max(abs(t), 1e-300))
         self.counts["stuck"] = self.counts["stuck"] + 1 if stuck else 0
         if self.counts["stuck"] > STUCK:
             raise RunError(self._failure("the clock stands still: the steps have become too small"))
         self._t = t
-        return t, y, yp
+        return [Step(t, y, yp)]
 
-    def output(self, t: float) -> tuple[FloatArray, FloatArray]:
-        """y and yp, (2, n, 3), at a time inside the last step, by IDA's own polynomial."""
-        _, y, yp = self._advance(t, "normal", None)
-        return y, yp
+    def output(self, t: float) -> Step:
+        """The state inside the last step, by IDA's own polynomial."""
+        return self._advance(t, "normal", None)
 
-    def _advance(self, t: float, method: str, stop: float | None) -> tuple[float, FloatArray, FloatArray]:
+    def _advance(self, t: float, method: str, stop: float | None) -> Step:
         with _quiet():
             result = self._ida.step(t, method=method, tstop=stop)
         if not result.success:
             raise RunError(self._failure(REASONS.get(result.status, result.message)))
-        return result.t, result.y.reshape(self._shape), result.yp.reshape(self._shape)
+        return Step(result.t, result.y.reshape(self._shape), result.yp.reshape(self._shape))
 
     # Callbacks; the arrays they get are views of SUNDIALS' own memory
 

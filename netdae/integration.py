@@ -16,10 +16,11 @@ import numpy as np
 
 from netdae._arrays import FloatArray
 from netdae.errors import InputError
-from netdae.ida import IdaSolver
 from netdae.ledger import Ledger
 from netdae.options import SolverOptions
+from netdae.restraints import Drive
 from netdae.state import Books, State
+from netdae.stepper import Share, Step, Stepper
 from netdae.system import System
 
 Watch = Callable[[State], None]
@@ -41,7 +42,8 @@ class Integration:
         self._drive = system.drive_from(start.x)
         self._drive.check_start(start.t, start.v)
         system.check_covers(float(times[0]), float(times[-1]))
-        self._solver = IdaSolver(system, self._drive, options)
+        self._method = options.method
+        self._solver = _stepper_of(system, self._drive, options)
         self._ledger: Ledger | None = None
         self._seconds = 0.0
         self._states = self._run()
@@ -59,10 +61,13 @@ class Integration:
         Failures are told from the order of IDA's calls: a second setup in one attempt of a step, or four
         corrections and a step back, is a failure of Newton's iteration; another step back is one of the error test.
         """
-        names = ("steps", "residuals", "setups", "solves", "newton_failures", "error_test_failures", "starts")
-        counts = {name: self._solver.counts[name] for name in names}
+        counts = {name: self._solver.counts[name] for name in self._solver.COUNTS}
         seconds = {name: round(value, 6) for name, value in sorted(self._solver.seconds.items())}
-        return {**counts, "wall_seconds": {"total": round(self._seconds, 6), **seconds}}
+        return {
+            "method": self._method,
+            **counts,
+            "wall_seconds": {"total": round(self._seconds, 6), **seconds},
+        }
 
     @property
     def impulses(self) -> list[tuple[float, FloatArray]]:
@@ -86,15 +91,14 @@ class Integration:
             y, yp = np.stack((state.x, state.v)), np.stack((state.v, state.a))
             self._solver.enter(phase, begin, y, yp)
             for kink in [*phase.kinks_within(begin, stop), stop]:
-                t = state.t
-                while t < kink:
-                    t, y, yp = self._solver.step(kink)
-                    while outputs and outputs[0] <= t:
-                        at = float(outputs.pop(0))
-                        inner = (y, yp) if at == t else self._solver.output(at)
-                        yield self._told(self._state(phase, at, *inner), begin_clock)
-                    state = self._state(phase, t, y, yp)
-                    self._close_step(state)
+                while state.t < kink:
+                    for step in self._solver.step(kink):
+                        while outputs and outputs[0] <= step.t:
+                            at = float(outputs.pop(0))
+                            inner = step if at == step.t else self._solver.output(at)
+                            yield self._told(self._state(phase, inner), begin_clock, inner.share)
+                        state = self._state(phase, step)
+                        self._close_step(state, step.share)
             x, v = state.x, state.v
         self._seconds = perf_counter() - begin_clock
 
@@ -104,26 +108,24 @@ class Integration:
         x, v = np.where(held, x_d, x), np.where(held, v_d, v)
         return State(t, x, v, phase.acceleration(t, x, v, a_d))
 
-    def _state(self, phase: System, t: float, y: FloatArray, yp: FloatArray) -> State:
-        x, v, a = y[0], y[1], yp[1]
+    def _state(self, phase: System, step: Step) -> State:
+        x, v, a = step.y[0], step.y[1], step.yp[1]
         held = self._drive.mask
-        if (
-            held.any()
-        ):  # yp of an algebraic unknown is a difference quotient, its y between steps a polynomial
-            x_d, v_d, a_d = self._drive.at(phase.inside(t))
+        if held.any():  # IDA's yp is a difference quotient there, and its y between steps a polynomial
+            x_d, v_d, a_d = self._drive.at(phase.inside(step.t))
             x, v, a = np.where(held, x_d, x), np.where(held, v_d, v), np.where(held, a_d, a)
-        return State(t, x, v, a)
+        return State(step.t, x, v, a)
 
-    def _told(self, state: State, begin_clock: float) -> State:
+    def _told(self, state: State, begin_clock: float, share: Share | None = None) -> State:
         """State for an output time, with the books up to it."""
         assert self._ledger is not None
         self._seconds = perf_counter() - begin_clock
-        return State(state.t, state.x, state.v, state.a, self._ledger.at(state))
+        return State(state.t, state.x, state.v, state.a, self._ledger.at(state, share))
 
-    def _close_step(self, state: State) -> None:
+    def _close_step(self, state: State, share: Share | None) -> None:
         assert self._ledger is not None
         begin = perf_counter()
-        books = self._ledger.advance(state)
+        books = self._ledger.advance(state, share)
         self._solver.seconds["books"] += perf_counter() - begin
         self._show(state, books)
 
@@ -133,6 +135,16 @@ class Integration:
         for watch in self._watch:
             watch(told)
         self._solver.seconds["watchers"] += perf_counter() - begin
+
+
+def _stepper_of(system: System, drive: Drive, options: SolverOptions) -> Stepper:
+    if options.method == "explicit":
+        from netdae.explicit import ExplicitSolver
+
+        return ExplicitSolver(system, drive, options)
+    from netdae.ida import IdaSolver  # SUNDIALS is slow to load, and the explicit method does without
+
+    return IdaSolver(system, drive, options)
 
 
 def integrate(

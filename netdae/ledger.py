@@ -16,7 +16,10 @@ import numpy as np
 from netdae._arrays import FloatArray
 from netdae.restraints import Drive
 from netdae.state import Books, State
+from netdae.stepper import Share
 from netdae.system import System
+
+NOTHING = Share(0.0, 0.0, np.zeros(3), 0.0)
 
 
 class _Rates(NamedTuple):
@@ -44,30 +47,33 @@ class Ledger:
         self._peak = system.peak_tension(start.x)
         self.impulses: list[tuple[float, FloatArray]] = []
 
-    def advance(self, state: State) -> Books:
-        """Close the internal step that ends at `state` and return the books up to it."""
-        rates = self._rates_at(state.t, state.x, state.v, state.a)
-        dissipated, work, impulse = self._share(state, rates)
-        self._dissipated += dissipated
-        self._work += work
-        self._impulse = self._impulse + impulse
-        self._peak = max(self._peak, self._system.peak_tension(state.x))
-        self._last, self._rates = state, rates
+    def advance(self, state: State, share: Share | None = None) -> Books:
+        """Close the internal step that ends at `state` and return the books up to it.
+
+        share : of the step, where the integrator has summed it itself
+        """
+        if share is None:
+            rates = self._rates_at(state.t, state.x, state.v, state.a)
+            share = self._share(state, rates)
+            self._rates = rates
+        self._dissipated += share.dissipated_energy
+        self._work += share.external_work
+        self._impulse = self._impulse + share.external_impulse
+        self._peak = max(self._peak, share.peak_tension)
+        self._last = state
         return self.books()
 
     def books(self) -> Books:
         """Books up to the last internal step."""
-        return self._told(0.0, 0.0, np.zeros(3), self._peak)
+        return self._told(NOTHING)
 
-    def at(self, state: State) -> Books:
+    def at(self, state: State, share: Share | None = None) -> Books:
         """Books up to a state between the last internal step and the next; the peak tension is told once."""
-        if state.t == self._last.t:
-            shares = (0.0, 0.0, np.zeros(3))
-        else:
-            shares = self._share(state, self._rates_at(state.t, state.x, state.v, state.a))
-        peak = max(self._peak, self._system.peak_tension(state.x))
+        if share is None:
+            share = self._share(state, self._rates_at(state.t, state.x, state.v, state.a))
+        books = self._told(share)
         self._peak = 0.0
-        return self._told(*shares, peak)
+        return books
 
     def enter(self, system: System, state: State) -> None:
         """Start the phase `system` at `state`; a jump of velocity books its impulse and work."""
@@ -80,15 +86,16 @@ class Ledger:
         self._last = state
         self._rates = self._rates_at(state.t, state.x, state.v, state.a)
 
-    def _share(self, state: State, rates: _Rates) -> tuple[float, float, FloatArray]:
+    def _share(self, state: State, rates: _Rates) -> Share:
         last, h = self._last, state.t - self._last.t
-        if h == 0.0:  # the clock stands still in a run that is about to fail
-            return 0.0, 0.0, np.zeros(3)
+        peak = self._system.peak_tension(state.x)
+        if h == 0.0:  # at the start, or the clock stands still in a run that is about to fail
+            return NOTHING._replace(peak_tension=peak)
         x = 0.5 * (last.x + state.x) + 0.125 * h * (last.v - state.v)
         v = 1.5 / h * (state.x - last.x) - 0.25 * (last.v + state.v)
         middle = self._rates_at(last.t + 0.5 * h, x, v, None)
         (d0, w0, p0), (d1, w1, p1), (d2, w2, p2) = self._rates, middle, rates
-        return h / 6 * (d0 + 4 * d1 + d2), h / 6 * (w0 + 4 * w1 + w2), h / 6 * (p0 + 4 * p1 + p2)
+        return Share(h / 6 * (d0 + 4 * d1 + d2), h / 6 * (w0 + 4 * w1 + w2), h / 6 * (p0 + 4 * p1 + p2), peak)
 
     def _rates_at(self, t: float, x: FloatArray, v: FloatArray, a: FloatArray | None) -> _Rates:
         _, dissipated, external = self._system.account(t, x, v)
@@ -100,11 +107,11 @@ class Ledger:
             impulse = impulse + reactions.sum(axis=0)
         return _Rates(dissipated, external, impulse)
 
-    def _told(self, dissipated: float, work: float, impulse: FloatArray, peak: float) -> Books:
-        total = self._impulse + impulse
+    def _told(self, share: Share) -> Books:
+        total = self._impulse + share.external_impulse
         return Books(
-            self._dissipated + dissipated,
-            self._work + work,
+            self._dissipated + share.dissipated_energy,
+            self._work + share.external_work,
             (float(total[0]), float(total[1]), float(total[2])),
-            peak,
+            max(self._peak, share.peak_tension),
         )

@@ -9,6 +9,8 @@ from typing import Literal
 from netdae.errors import InputError
 
 Accuracy = Literal["fast", "standard", "accurate"]
+Method = Literal["ida", "explicit"]
+METHODS: tuple[Method, ...] = ("ida", "explicit")
 
 PRESETS: dict[Accuracy, tuple[float, float, float]] = {
     "fast": (1e-3, 1e-4, 1e-2),
@@ -22,14 +24,18 @@ FINEST_RTOL, COARSEST_RTOL = 1e-13, 0.1
 """Finer, round-off fails the error test and the flight creeps; coarser, nothing is left of it."""
 
 
+HIGHEST_ORDER = 5  # of IDA's BDF formulas
+
+
 @dataclass(frozen=True)
 class SolverOptions:
-    """Tolerances and limits of IDA.
+    """The method of a flight, its tolerances and limits.
 
+    method : "ida", or "explicit" for the velocity Verlet, whose step length `accuracy` and `max_step` set
     accuracy : preset of the three tolerances below, each of which overrides it
     rtol : relative tolerance of positions and velocities
     atol_position : m; atol_velocity : m/s
-    max_order : of the BDF formulas, 1 to 5
+    max_order : of the BDF formulas, 1 to 5; 5 by default
     max_step : s; none by default
     products : "frozen" takes each Newton solve for exact, as a direct solver does; "true" lets GMRES iterate
         with the true Jacobian, which is slower: the check of the former
@@ -37,11 +43,12 @@ class SolverOptions:
     Raises InputError for values out of range.
     """
 
+    method: Method = "ida"
     accuracy: Accuracy = "standard"
     rtol: float | None = None
     atol_position: float | None = None
     atol_velocity: float | None = None
-    max_order: int = 5
+    max_order: int | None = None
     max_step: float | None = None
     products: Literal["frozen", "true"] = "frozen"
 
@@ -54,8 +61,27 @@ class SolverOptions:
                 raise InputError(f"{name} is {value:g}: give a finite number above zero")
         if self.rtol is not None and not FINEST_RTOL <= self.rtol <= COARSEST_RTOL:
             raise InputError(f"rtol is {self.rtol:g}: give {FINEST_RTOL:g} to {COARSEST_RTOL:g}")
-        if not 1 <= self.max_order <= 5:
+        if self.method not in METHODS:
+            raise InputError(f"method is {self.method!r}: choose one of {', '.join(METHODS)}")
+        if self.method == "explicit":
+            for name in ("rtol", "atol_position", "atol_velocity", "max_order"):
+                if getattr(self, name) is not None:
+                    raise InputError(
+                        f"{name} says nothing to the explicit method: leave it out, or give max_step"
+                    )
+        if self.max_order is not None and not 1 <= self.max_order <= HIGHEST_ORDER:
             raise InputError(f"max_order is {self.max_order}: the BDF formulas of IDA have order 1 to 5")
+
+    @property
+    def in_force(self) -> dict[str, float]:
+        """The tolerances and the order that IDA works with, by name; none for the explicit method."""
+        if self.method == "explicit":
+            return {}
+        names = ("rtol", "atol_position", "atol_velocity")
+        return {
+            **dict(zip(names, self.tolerances, strict=True)),
+            "max_order": self.max_order or HIGHEST_ORDER,
+        }
 
     @property
     def tolerances(self) -> tuple[float, float, float]:

@@ -106,14 +106,16 @@ class Scenario:
             start = State.at(start.x, self._joined(start.v, turned, restraints), t=solver.begin)
             system.drive_from(start.x).check_start(start.t, start.v)
             system.check_covers(solver.begin, solver.end)
-        options = SolverOptions(
-            accuracy=solver.accuracy,
-            rtol=solver.rtol,
-            atol_position=solver.atol_position,
-            atol_velocity=solver.atol_velocity,
-            max_order=solver.max_order,
-            max_step=solver.max_step,
-        )
+        with self._section("solver"):
+            options = SolverOptions(
+                method=solver.method,
+                accuracy=solver.accuracy,
+                rtol=solver.rtol,
+                atol_position=solver.atol_position,
+                atol_velocity=solver.atol_velocity,
+                max_order=solver.max_order,
+                max_step=solver.max_step,
+            )
         times = np.linspace(solver.begin, solver.end, data.output.frames)
         return Simulation(self.title, system, start, times, options, self._metrics(system), findings)
 

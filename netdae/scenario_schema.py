@@ -264,7 +264,9 @@ Load = Annotated[
 class Solver(Section):
     """The time integration."""
 
-    method: Literal["ida"] = Field("ida", description="Integrator: SUNDIALS IDA.")
+    method: Literal["ida", "explicit"] = Field(
+        "ida", description="SUNDIALS IDA, or the explicit velocity Verlet, which has no tolerances."
+    )
     begin: float = Field(0.0, description="Time of the start, s.")
     end: float = Field(description="Time of the end, s.")
     accuracy: Literal["fast", "standard", "accurate"] = Field(
@@ -275,7 +277,9 @@ class Solver(Section):
     )
     atol_position: Positive | None = Field(None, description="Absolute tolerance of positions, m.")
     atol_velocity: Positive | None = Field(None, description="Absolute tolerance of velocities, m/s.")
-    max_order: int = Field(5, ge=1, le=5, description="Highest order of the BDF formulas.")
+    max_order: Annotated[int, Field(ge=1, le=5)] | None = Field(
+        None, description="Highest order of the BDF formulas, 5 by default."
+    )
     max_step: Positive | None = Field(None, description="Largest time step, s.")
 
 

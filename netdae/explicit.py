@@ -1,0 +1,322 @@
+"""The explicit method: velocity Verlet in chunks of steps, with a step length that is known to be stable.
+
+Symbols: h step length; k, c stiffness in N/m and viscosity in N s/m of a cable along itself; m mass of a node.
+
+The net is stable if no share of it is alone (B. M. Irons, Applications of a theorem on eigenvalues to finite
+element problems, 1970): give each cable e of node i the share of m_i that its (h² k + 2 h c)ₑ has in the sum Σ over
+the cables of i. Then each cable with its two shares is stable if, with sums over the cables of i and of j,
+
+    Σᵢ (h² k + 2 h c)/mᵢ + Σⱼ (h² k + 2 h c)/mⱼ + 2 h α ≤ 4,
+
+a quadratic in h for every cable, whatever its direction. In straight nets it is √2 below the true limit.
+k = EĀ/L̄ (g′λ² + g)/E is taken at a strain limit above all strains so far; a step that passes the limit ends its
+chunk, and the limit is raised. With a toe k falls with the limit, and h grows.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter, defaultdict
+from time import perf_counter
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+
+from netdae._arrays import FloatArray
+from netdae.errors import InputError, RunError
+from netdae.forces.cables import Cables, law_of
+from netdae.forces.loads import UniformLoad
+from netdae.forces.rayleigh import MassDamping, StiffnessDamping
+from netdae.motions import Fixed
+from netdae.options import SolverOptions
+from netdae.restraints import Drive
+from netdae.signals import Constant
+from netdae.stepper import Share, Step
+from netdae.system import System
+from netdae.verlet import Cords, Drags, Held, Pushes, Tally, fly
+
+CHUNK = 32  # steps between two looks: 1 ms of a 21 x 21 net
+FRACTIONS = {"fast": 0.9, "standard": 0.5, "accurate": 0.2}
+"""Share of the stable step length that each accuracy takes; `scripts/accuracy.py` measures what each keeps."""
+UNSTABLE = 0.1  # gain of energy, as a share of the largest, that no stable flight has
+
+
+class _Chunk(NamedTuple):
+    """Where a chunk of steps began, so that any instant inside it can be flown again."""
+
+    t: float
+    h: float
+    x: FloatArray
+    v: FloatArray
+    a: FloatArray
+
+
+class ExplicitSolver:
+    """Velocity Verlet for one System; bit-for-bit repeatable."""
+
+    COUNTS: ClassVar = ("steps", "step_lengths", "starts")
+
+    def __init__(self, system: System, drive: Drive, options: SolverOptions) -> None:
+        self._system = self._phase = system
+        self._drive = drive
+        self._options = options
+        self._mass = np.repeat(system.mass, 3)
+        self._compile(system)
+        self._held = _held_of(drive)
+        self._x, self._v, self._a = np.zeros((3, len(self._mass)))
+        self._chunk = _Chunk(0.0, 0.0, self._x, self._v, self._a)
+        self._t = 0.0
+        self._strain_limit = 0.0
+        self._stable = 0.0
+        self._peak = 0.0
+        self._energy = self._scale = math.nan
+        self._gained = 0.0
+        self.counts: Counter[str] = Counter()
+        self.seconds: defaultdict[str, float] = defaultdict(float)
+
+    def _compile(self, system: System) -> None:
+        """The forces as arrays for the kernel; raises InputError for a force that it does not know."""
+        drags = Drags(np.zeros((0, 2), dtype=np.int64), np.zeros((0, 6)), np.zeros(0))
+        node, weight, signal = [], [], []
+        self._signals = []
+        self._viscosity = np.zeros(system.net.cable_count)
+        self._alpha = 0.0
+        for force in system.forces:
+            if isinstance(force, Cables):
+                self._cables = force
+            elif isinstance(force, StiffnessDamping):
+                upper = force.viscosity[:, *np.triu_indices(3)]
+                drags = drags._replace(ends=3 * force.nodes, viscosity=np.ascontiguousarray(upper))
+                self._viscosity += np.trace(force.viscosity, axis1=1, axis2=2)
+            elif isinstance(force, MassDamping):
+                drags = drags._replace(alpha=np.repeat(force.viscosity, 3))
+                self._alpha = float((force.viscosity[system.mass > 0] / system.mass[system.mass > 0]).max())
+            elif isinstance(force, UniformLoad):
+                node.append(3 * force.nodes[:, 0])
+                weight.append(force.weight)
+                signal.append(np.full(len(force.nodes), len(self._signals)))
+                self._signals.append(force.signal)
+            else:
+                raise InputError(
+                    f"the explicit method does not know the force {type(force).__name__}: fly it with method = 'ida'"
+                )
+        cables, L = self._cables, self._cables.L
+        plain = not (cables.engineering.any() or (cables.eps > 0).any())
+        self._cords = Cords(
+            3 * cables.nodes,
+            L**2,
+            cables.EA / (2 * L**3),
+            cables.tau * cables.EA / L**3,
+            cables.EA,
+            cables.eps,
+            cables.engineering,
+            cables.tau,
+            plain,
+        )
+        self._drags = drags
+        empty = [np.zeros(0, dtype=np.int64)]
+        self._pushes = Pushes(
+            np.concatenate(node or empty),
+            np.concatenate(weight or [np.zeros(0)]),
+            np.concatenate(signal or empty),
+        )
+        self._constant = all(isinstance(each, Constant) for each in self._signals)
+
+    def enter(self, phase: System, t: float, y: FloatArray, yp: FloatArray) -> None:
+        """Start afresh at t in a phase."""
+        self._phase, self._t = phase, t
+        self._x, self._v, self._a = y[0].ravel().copy(), y[1].ravel().copy(), yp[1].ravel().copy()
+        self._energy = self._energy_now()
+        self._scale = abs(self._energy)
+        self._gained = 0.0
+        self._limit_strain(float(self._system.strain(y[0]).max()))
+        self.counts["starts"] += 1
+
+    def step(self, stop: float) -> list[Step]:
+        """Up to `CHUNK` steps towards `stop`: their end, and before it the step of a new largest tension."""
+        begin = perf_counter()
+        remaining = stop - self._t
+        count = min(CHUNK, math.ceil(remaining / self._stable))
+        last = count * self._stable >= remaining
+        h = remaining / count if last else self._stable
+        self._chunk = _Chunk(self._t, h, self._x.copy(), self._v.copy(), self._a.copy())
+        tally = self._fly(self._x, self._v, self._a, 0, count)
+        self._t = stop if last and tally.steps == count else self._chunk.t + tally.steps * h
+        steps = [self._end_of(tally)]
+        if tally.peak > self._peak and tally.peak_step < tally.steps:
+            self._peak = tally.peak
+            peak, rest = self._again(tally.peak_step), self._chunk.t + tally.peak_step * h
+            first = Step(rest, peak[1], peak[2], peak[0])
+            assert first.share is not None
+            steps = [first, _after(steps[0], first.share)]
+        self._peak = max(self._peak, tally.peak)
+        self.counts["steps"] += tally.steps
+        self._check_energy(tally)
+        if tally.steps < count or self._wasteful(tally.strain):
+            self._limit_strain(tally.strain)
+        self.seconds["steps"] += perf_counter() - begin
+        return steps
+
+    def output(self, t: float) -> Step:
+        """The state inside the last chunk, which is flown again up to the step that holds t."""
+        begin = perf_counter()
+        t0, h = self._chunk.t, self._chunk.h
+        before = int((t - t0) / h)
+        share, (x0, v0), (_, a0) = self._again(before)
+        whole, (x1, v1), (_, a1) = self._again(before + 1)
+        s = min(max((t - t0) / h - before, 0.0), 1.0)
+        x = _hermite(s, h, x0, v0, x1, v1)
+        v = _hermite(s, h, v0, a0, v1, a1)
+        a = (1 - s) * a0 + s * a1
+        between = Share(
+            share.dissipated_energy + s * (whole.dissipated_energy - share.dissipated_energy),
+            share.external_work + s * (whole.external_work - share.external_work),
+            share.external_impulse + s * (whole.external_impulse - share.external_impulse),
+            share.peak_tension,
+        )
+        self.seconds["outputs"] += perf_counter() - begin
+        return Step(t, np.stack((x, v)), np.stack((v, a)), between)
+
+    def _again(self, count: int) -> tuple[Share, FloatArray, FloatArray]:
+        """Share, (x, v) and (v, a) after `count` steps of the last chunk."""
+        x, v, a = self._chunk.x.copy(), self._chunk.v.copy(), self._chunk.a.copy()
+        tally = self._fly(x, v, a, 0, count)
+        place = (-1, 3)
+        return (
+            _share_of(tally),
+            np.stack((x.reshape(place), v.reshape(place))),
+            np.stack((v.reshape(place), a.reshape(place))),
+        )
+
+    def _fly(self, x: FloatArray, v: FloatArray, a: FloatArray, first: int, count: int) -> Tally:
+        """`count` steps of the running chunk from its step `first`."""
+        times = [
+            self._phase.inside(self._chunk.t + k * self._chunk.h) for k in range(first, first + count + 1)
+        ]
+        signals = np.zeros((1 if self._constant else count + 1, len(self._signals), 3))
+        for s, signal in enumerate(self._signals):
+            signals[:, s] = [signal(t) for t in times[: len(signals)]]
+        restraints = self._drive.restraints
+        motions = np.zeros((count + 1, 3, 3 * len(restraints)))
+        for r, restraint in enumerate(restraints):
+            if not isinstance(restraint.motion, Fixed):
+                motions[:, :, 3 * r : 3 * r + 3] = [restraint.motion.at(t) for t in times]
+        return fly(
+            x,
+            v,
+            a,
+            self._mass,
+            self._cords,
+            self._drags,
+            self._pushes,
+            self._held,
+            signals,
+            motions,
+            self._chunk.h,
+            count,
+            self._strain_limit,
+        )
+
+    def _end_of(self, tally: Tally) -> Step:
+        place = (-1, 3)
+        x, v, a = self._x.reshape(place), self._v.reshape(place), self._a.reshape(place)
+        return Step(self._t, np.stack((x, v)), np.stack((v, a)), _share_of(tally))
+
+    # The step length
+
+    def _limit_strain(self, strain: float) -> None:
+        """Set the strain limit well above `strain`, a power of two, and the step length that is stable below it."""
+        floor = 0.25 * float(self._cables.eps.max()) or 1e-2
+        limit = floor * 2.0 ** max(0, math.ceil(math.log2(max(2.0 * strain, floor) / floor)))
+        if limit != self._strain_limit:
+            self._strain_limit = limit
+            self._stable = self._stable_step(limit)
+            self.counts["step_lengths"] += 1
+
+    def _wasteful(self, strain: float) -> bool:
+        """Whether the limit lies far above what is needed."""
+        return self._strain_limit > 16.0 * max(strain, 0.0) and bool((self._cables.eps > 0).any())
+
+    def _stable_step(self, strain: float) -> float:
+        """h by the bound of this module's head, times the share that the accuracy takes."""
+        cables, mass = self._cables, self._system.mass
+        stiffening = np.empty(len(cables.L))
+        softening = np.empty(len(cables.L))
+        for law in {(float(eps), bool(eng)) for eps, eng in zip(cables.eps, cables.engineering, strict=True)}:
+            g, dg, _, _ = law_of(strain, *law)
+            of_law = (cables.eps == law[0]) & (cables.engineering == law[1])
+            stiffening[of_law] = dg * (1 + 2 * strain) + g
+            softening[of_law] = dg * (1 + 2 * strain)
+        k = cables.EA / cables.L * stiffening
+        c = cables.tau * cables.EA / cables.L * softening + self._viscosity
+        free = ~self._system.restrained.all(axis=1)
+        K_m, C_m = (self._over_mass(of_cable, mass, free) for of_cable in (k, c))
+        i, j = cables.nodes.T
+        A, B = K_m[i] + K_m[j], C_m[i] + C_m[j] + self._alpha
+        moving = A > 0
+        if not moving.any():
+            return self._options.max_step or 1e-3
+        h = float((4 / (B + np.sqrt(B**2 + 4 * A)))[moving].min())  # the root of A h² + 2 B h = 4
+        return min(FRACTIONS[self._options.accuracy] * h, self._options.max_step or math.inf)
+
+    def _over_mass(self, of_cable: FloatArray, mass: FloatArray, free: FloatArray) -> FloatArray:
+        total = np.bincount(
+            self._cables.nodes.ravel(), weights=np.repeat(of_cable, 2), minlength=self._system.net.node_count
+        )
+        return np.divide(total, mass, out=np.zeros_like(total), where=free & (mass > 0))
+
+    # Energy
+
+    def _energy_now(self) -> float:
+        x, v = self._x.reshape(-1, 3), self._v.reshape(-1, 3)
+        return self._system.kinetic_energy(v) + self._system.elastic_energy(x)
+
+    def _check_energy(self, tally: Tally) -> None:
+        """Raise RunError where energy has come out of nothing, as it does in a step that is too long."""
+        energy = self._energy_now()
+        self._gained += tally.work - tally.dissipated
+        self._scale = max(self._scale, energy, abs(self._gained))
+        excess = energy - self._energy - self._gained
+        if not excess <= UNSTABLE * self._scale:
+            speed = np.linalg.norm(self._v.reshape(-1, 3), axis=1)
+            node = int(np.argmax(np.where(np.isfinite(speed), speed, np.inf)))
+            raise RunError(
+                f"the run failed at t = {self._t:.9g} s: its energy rose by {excess:.3g} J out of nothing, the "
+                f"explicit step of {self._chunk.h:.3g} s is too long; worst is node {node} with {speed[node]:.3g} m/s. "
+                "Try a smaller max_step, or method = 'ida'"
+            )
+
+
+def _held_of(drive: Drive) -> Held:
+    entry, motion = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
+    for r, (nodes, axes) in enumerate(drive.places):
+        entry.append((3 * nodes + axes).ravel())
+        motion.append(np.broadcast_to(3 * r + axes, (len(nodes), axes.size)).ravel())
+    entries = np.concatenate(entry)
+    return Held(entries, drive.anchor.ravel()[entries], np.concatenate(motion))
+
+
+def _share_of(tally: Tally) -> Share:
+    return Share(tally.dissipated, tally.work, np.array([tally.px, tally.py, tally.pz]), tally.peak)
+
+
+def _after(step: Step, first: Share) -> Step:
+    """A step whose share starts where another one's ends."""
+    assert step.share is not None
+    whole = step.share
+    return step._replace(
+        share=Share(
+            whole.dissipated_energy - first.dissipated_energy,
+            whole.external_work - first.external_work,
+            whole.external_impulse - first.external_impulse,
+            whole.peak_tension,
+        )
+    )
+
+
+def _hermite(
+    s: float, h: float, x0: FloatArray, v0: FloatArray, x1: FloatArray, v1: FloatArray
+) -> FloatArray:
+    """Cubic through (x0, v0) and (x1, v1) at the share s of a step of length h."""
+    r = 1 - s
+    return r * r * (1 + 2 * s) * x0 + s * s * (3 - 2 * s) * x1 + h * s * r * (r * v0 - s * v1)

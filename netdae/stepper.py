@@ -1,0 +1,50 @@
+"""What the driver of a flight asks of an integrator.
+
+y = (x, v) and yp = (v, a) are (2, n, 3).
+"""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from typing import ClassVar, NamedTuple, Protocol
+
+from netdae._arrays import FloatArray
+from netdae.system import System
+
+
+class Share(NamedTuple):
+    """What the books gain from the end of the last internal step, from an integrator that keeps them itself."""
+
+    dissipated_energy: float  # J
+    external_work: float  # J
+    external_impulse: FloatArray  # (3,), N s
+    peak_tension: float  # N
+
+
+class Step(NamedTuple):
+    """Where an internal step, or an instant inside it, has come to; no share where the ledger integrates."""
+
+    t: float
+    y: FloatArray
+    yp: FloatArray
+    share: Share | None = None
+
+
+class Stepper(Protocol):
+    """An integrator that goes from internal step to internal step."""
+
+    COUNTS: ClassVar[tuple[str, ...]]  # of `counts`, those that the statistics tell
+    counts: Counter[str]
+    seconds: defaultdict[str, float]
+
+    def enter(self, phase: System, t: float, y: FloatArray, yp: FloatArray) -> None:
+        """Start afresh at t in a phase, from consistent y and yp."""
+        ...
+
+    def step(self, stop: float) -> list[Step]:
+        """Go on towards `stop`, not beyond: the internal steps that were made, at least one, in their order."""
+        ...
+
+    def output(self, t: float) -> Step:
+        """The state at a time between the last two internal steps."""
+        ...
