@@ -34,18 +34,19 @@ def scatter_add(local: FloatArray, nodes: IntArray, values: FloatArray) -> None:
 
 
 @njit(cache=True)
-def scatter_blocks(K: FloatArray, C: FloatArray, places: IntArray, T: FloatArray, D: FloatArray) -> None:
-    """Σ Aₑᵀ (·)ₑ Aₑ of Eq. (8): T and D (b, 3, 3) lose the symmetric parts of K and C (m, k, 3, k, 3).
+def scatter_blocks(
+    elements: IntArray, K: FloatArray, C: FloatArray, places: IntArray, T: FloatArray, D: FloatArray
+) -> None:
+    """Σ Aₑᵀ (·)ₑ Aₑ of Eq. (8): T and D (b, 3, 3) lose the symmetric parts of K and C (a, k, 3, k, 3).
 
+    elements : (a,), which of the m elements K and C are of; places : (m, k, k)
     A tangent is the derivative of a force, a matrix of the net its negative: hence the minus sign.
     """
     k = places.shape[1]
-    for e in range(places.shape[0]):
-        if not (_any(K[e]) or _any(C[e])):  # most cables are slack
-            continue
+    for e in range(len(elements)):
         for i in range(k):
             for j in range(k):
-                place = places[e, i, j]
+                place = places[elements[e], i, j]
                 if place < 0:
                     continue
                 for r in range(3):
@@ -55,20 +56,16 @@ def scatter_blocks(K: FloatArray, C: FloatArray, places: IntArray, T: FloatArray
 
 
 @njit(cache=True)
-def _any(values: FloatArray) -> bool:
-    found = False
-    for value in values.flat:
-        found = found or value != 0.0
-    return found
-
-
-@njit(cache=True)
 def blocks_present(blocks: FloatArray) -> IntArray:
     """Indices of the blocks (b, 3, 3) that are not zero."""
     present = np.empty(len(blocks), dtype=np.int64)
     count = 0
     for b in range(len(blocks)):
-        if _any(blocks[b]):
+        there = False
+        for r in range(3):
+            for c in range(3):
+                there = there or blocks[b, r, c] != 0.0
+        if there:
             present[count] = b
             count += 1
     return present[:count].copy()
@@ -116,6 +113,14 @@ def newton_blocks(
             if i == j:
                 # with c_j² m too, a restrained axis stays near the other pivots in the smallest steps
                 K[b, r, r] = (1.0 if mask[i, r] else K[b, r, r]) + cj * cj * mass[i]
+
+
+def assembled(elements: FloatArray, nodes: IntArray, node_count: int) -> sparse.csr_matrix:
+    """Σ Aₑᵀ (·)ₑ Aₑ, Eq. (8), of elements (a, 3k, 3k) or (a, k, 3, k, 3) with nodes (a, k), as (3n, 3n)."""
+    dof = (3 * nodes[:, :, None] + np.arange(3)).reshape(len(nodes), 3 * nodes.shape[1])
+    rows, columns = np.broadcast_arrays(dof[:, :, None], dof[:, None, :])
+    size = 3 * node_count
+    return sparse.csr_matrix((elements.ravel(), (rows.ravel(), columns.ravel())), shape=(size, size))
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,11 +20,10 @@ from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
 from netdae._arrays import BoolArray, FloatArray, IntArray
-from netdae.assembly import scatter_add
+from netdae.assembly import assembled, scatter_add
 from netdae.errors import RunError
 from netdae.forces.cables import law_of
 from netdae.forces.protocol import Force
-from netdae.matrices import assembled
 from netdae.system import System
 
 FIRST_FADE, FADE_FACTOR, LAST_FADE = 0.1, 0.1, 1e-15  # δ: the first makes a packed net as stiff as a taut one
@@ -158,11 +157,8 @@ class Balance:
 
 def _tangent_matrix(force: Force, t: float, x: FloatArray, v: FloatArray) -> sparse.csr_matrix:
     """Symmetric part of −∂f/∂x of one force, (3n, 3n)."""
-    nodes = force.nodes
-    K, _ = force.tangent(t, x[nodes], v[nodes])
-    dof = (3 * nodes[:, :, None] + np.arange(3)).reshape(len(nodes), -1)
-    rows, columns = np.broadcast_arrays(dof[:, :, None], dof[:, None, :])
-    T = sparse.csr_matrix((-K.ravel(), (rows.ravel(), columns.ravel())), shape=(x.size, x.size))
+    elements, K, _ = force.tangent(t, x[force.nodes], v[force.nodes])
+    T = -assembled(K, force.nodes[elements], len(x))
     return 0.5 * (T + T.T)
 
 

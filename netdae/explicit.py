@@ -30,7 +30,7 @@ from netdae.forces.rayleigh import MassDamping, StiffnessDamping
 from netdae.motions import Fixed
 from netdae.options import SolverOptions
 from netdae.restraints import Drive
-from netdae.signals import Constant
+from netdae.signals import Constant, Signal
 from netdae.stepper import Share, Step
 from netdae.system import System
 from netdae.verlet import Cords, Drags, Held, Pushes, Tally, fly
@@ -54,7 +54,7 @@ class _Chunk(NamedTuple):
 class ExplicitSolver:
     """Velocity Verlet for one System; bit-for-bit repeatable."""
 
-    COUNTS: ClassVar = ("steps", "step_lengths", "starts")
+    COUNTS: ClassVar[tuple[str, ...]] = ("steps", "step_lengths", "starts")
 
     def __init__(self, system: System, drive: Drive, options: SolverOptions) -> None:
         self._system = self._phase = system
@@ -78,7 +78,7 @@ class ExplicitSolver:
         """The forces as arrays for the kernel; raises InputError for a force that it does not know."""
         drags = Drags(np.zeros((0, 2), dtype=np.int64), np.zeros((0, 6)), np.zeros(0))
         node, weight, signal = [], [], []
-        self._signals = []
+        self._signals: list[Signal] = []
         self._viscosity = np.zeros(system.net.cable_count)
         self._alpha = 0.0
         for force in system.forces:
@@ -249,8 +249,11 @@ class ExplicitSolver:
             softening[of_law] = dg * (1 + 2 * strain)
         k = cables.EA / cables.L * stiffening
         c = cables.tau * cables.EA / cables.L * softening + self._viscosity
-        free = ~self._system.restrained.all(axis=1)
-        K_m, C_m = (self._over_mass(of_cable, mass, free) for of_cable in (k, c))
+        # nodes with all axes held do not move: their cables are as if fixed to a wall
+        over = np.zeros_like(mass)
+        moving_nodes = ~self._system.restrained.all(axis=1) & (mass > 0)
+        over[moving_nodes] = 1 / mass[moving_nodes]
+        K_m, C_m = (self._sum_at_nodes(of_cable) * over for of_cable in (k, c))
         i, j = cables.nodes.T
         A, B = K_m[i] + K_m[j], C_m[i] + C_m[j] + self._alpha
         moving = A > 0
@@ -259,11 +262,10 @@ class ExplicitSolver:
         h = float((4 / (B + np.sqrt(B**2 + 4 * A)))[moving].min())  # the root of A h² + 2 B h = 4
         return min(FRACTIONS[self._options.accuracy] * h, self._options.max_step or math.inf)
 
-    def _over_mass(self, of_cable: FloatArray, mass: FloatArray, free: FloatArray) -> FloatArray:
-        total = np.bincount(
-            self._cables.nodes.ravel(), weights=np.repeat(of_cable, 2), minlength=self._system.net.node_count
-        )
-        return np.divide(total, mass, out=np.zeros_like(total), where=free & (mass > 0))
+    def _sum_at_nodes(self, of_cable: FloatArray) -> FloatArray:
+        total = np.zeros(self._system.net.node_count)
+        np.add.at(total, self._cables.nodes, of_cable[:, None])
+        return total
 
     # Energy
 

@@ -48,7 +48,7 @@ REASONS = {
 class IdaSolver:
     """IDA with its callbacks, counters and buffers for one System; phases are entered by `enter`."""
 
-    COUNTS: ClassVar = (
+    COUNTS: ClassVar[tuple[str, ...]] = (
         "steps",
         "residuals",
         "setups",

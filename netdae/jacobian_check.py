@@ -16,6 +16,7 @@ from scipy.sparse.linalg import eigsh
 
 from netdae import linear_solver, matrices
 from netdae._arrays import BoolArray, FloatArray, IntArray
+from netdae.assembly import assembled
 from netdae.scenario import Simulation
 from netdae.state import State
 from netdae.system import System
@@ -153,7 +154,7 @@ def stiffest_frequency(system: System) -> float:
         shares = np.bincount(net.cables.ravel())[net.cables].max(axis=1)
         return math.sqrt(float((single * shares).max())) / (2 * math.pi)
     elements = matrices.reference_stiffness(span, system.cords.axial_stiffness, net.rest_length)
-    K = matrices.assembled(elements, net.cables, net.node_count)
+    K = assembled(elements, net.cables, net.node_count)
     scale = sparse.diags_array(weight)
     A = scale @ K @ scale
     if A.shape[0] <= 30:

@@ -24,7 +24,7 @@ from numba import njit
 from scipy import sparse
 
 from netdae._arrays import BoolArray, FloatArray, IntArray
-from netdae.assembly import BlockPattern, add_symmetric_product, blocks_present, newton_blocks
+from netdae.assembly import BlockPattern, add_symmetric_product, assembled, blocks_present, newton_blocks
 from netdae.block_ldl import BlockLdl
 from netdae.system import System
 
@@ -150,19 +150,11 @@ class CondensedSolver:
 def full_jacobian(system: System, t: float, x: FloatArray, v: FloatArray, cj: float) -> sparse.csr_matrix:
     """J of the whole residual, (6n, 6n), with the whole tangents: for checks and for other solvers."""
     n = system.net.node_count
-    rows, columns, K_entries, C_entries = [], [], [], []
+    T, D = sparse.csr_matrix((3 * n, 3 * n)), sparse.csr_matrix((3 * n, 3 * n))
     for force in system.forces:
-        nodes = force.nodes
-        K, C = force.tangent(t, x[nodes], v[nodes])
-        dof = (3 * nodes[:, :, None] + np.arange(3)).reshape(len(nodes), -1)
-        row, column = np.broadcast_arrays(dof[:, :, None], dof[:, None, :])
-        rows.append(row.ravel())
-        columns.append(column.ravel())
-        K_entries.append(K.ravel())
-        C_entries.append(C.ravel())
-    place = np.concatenate(rows), np.concatenate(columns)
-    T = -sparse.csr_matrix((np.concatenate(K_entries), place), shape=(3 * n, 3 * n))
-    D = -sparse.csr_matrix((np.concatenate(C_entries), place), shape=(3 * n, 3 * n))
+        elements, K, C = force.tangent(t, x[force.nodes], v[force.nodes])
+        T = T - assembled(K, force.nodes[elements], n)
+        D = D - assembled(C, force.nodes[elements], n)
     identity = sparse.identity(3 * n, format="csr")
     free = sparse.diags_array((~system.restrained.ravel()).astype(np.float64))
     held = sparse.diags_array(system.restrained.ravel().astype(np.float64))

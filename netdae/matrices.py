@@ -7,9 +7,8 @@ forces against it. Symbols: xₑ (m, 6) positions of a cable's two nodes, Δ (6,
 from __future__ import annotations
 
 import numpy as np
-from scipy import sparse
 
-from netdae._arrays import FloatArray, IntArray
+from netdae._arrays import FloatArray
 
 DELTA = np.block([[np.eye(3), -np.eye(3)], [-np.eye(3), np.eye(3)]])
 """Δ of Eq. (2)."""
@@ -18,14 +17,6 @@ DELTA = np.block([[np.eye(3), -np.eye(3)], [-np.eye(3), np.eye(3)]])
 def green_lagrange_strain(xe: FloatArray, L: FloatArray) -> FloatArray:
     """E11 (m,), Eq. (3), with l² = xₑᵀ Δ xₑ of Eq. (1)."""
     return 0.5 * (np.einsum("ei,ij,ej->e", xe, DELTA, xe) - L**2) / L**2
-
-
-def assembled(elements: FloatArray, cables: IntArray, node_count: int) -> sparse.csr_matrix:
-    """Σ Aₑᵀ (·)ₑ Aₑ, Eq. (8), of elements (m, 6, 6) as (3n, 3n)."""
-    dof = (3 * cables[:, :, None] + np.arange(3)).reshape(-1, 6)
-    rows, columns = np.broadcast_arrays(dof[:, :, None], dof[:, None, :])
-    size = 3 * node_count
-    return sparse.csr_matrix((elements.ravel(), (rows.ravel(), columns.ravel())), shape=(size, size))
 
 
 def secant(S11: FloatArray, area: FloatArray, L: FloatArray) -> FloatArray:

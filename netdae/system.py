@@ -14,7 +14,7 @@ from scipy import sparse
 
 from netdae import matrices
 from netdae._arrays import FloatArray, IntArray, frozen_floats
-from netdae.assembly import BlockPattern, gather, scatter_add, scatter_blocks
+from netdae.assembly import BlockPattern, assembled, gather, scatter_add, scatter_blocks
 from netdae.damping import Damping, Rayleigh
 from netdae.errors import InputError
 from netdae.forces.cables import Cables, law_of
@@ -171,8 +171,8 @@ class System:
         D = np.zeros_like(T)
         for placed, xe, ve in self._gathered(x, v):
             if placed.blocks is not None:
-                K, C = placed.force.tangent(self.inside(t), xe, ve)
-                scatter_blocks(K, C, placed.blocks, T, D)
+                tangent = placed.force.tangent(self.inside(t), xe, ve)
+                scatter_blocks(*tangent, placed.blocks, T, D)
         return T, D
 
     def tangent_product(
@@ -181,11 +181,10 @@ class System:
         """(∂f/∂x) dx + (∂f/∂v) dv, (n, 3), with the whole, unsymmetric tangents of all forces."""
         total = np.zeros_like(x)
         for placed, xe, ve in self._gathered(x, v):
-            K, C = placed.force.tangent(self.inside(t), xe, ve)
-            local = np.einsum("eiajb,ejb->eia", K, dx[placed.nodes]) + np.einsum(
-                "eiajb,ejb->eia", C, dv[placed.nodes]
-            )
-            scatter_add(local, placed.nodes, total)
+            elements, K, C = placed.force.tangent(self.inside(t), xe, ve)
+            nodes = placed.nodes[elements]
+            local = np.einsum("eiajb,ejb->eia", K, dx[nodes]) + np.einsum("eiajb,ejb->eia", C, dv[nodes])
+            scatter_add(local, nodes, total)
         return total
 
     # Energies and momenta
@@ -261,7 +260,7 @@ class System:
     def secant_matrix(self, x: FloatArray) -> sparse.csr_matrix:
         """S(x) of Eqs. (5), (8), (3n, 3n)."""
         elements = matrices.secant(self.stress(x), self.cords.area, self.net.rest_length)
-        return matrices.assembled(elements, self.net.cables, self.net.node_count)
+        return assembled(elements, self.net.cables, self.net.node_count)
 
     def tangent_matrix(self, x: FloatArray) -> sparse.csr_matrix:
         """T(x) of Eqs. (6), (8), (3n, 3n)."""
@@ -270,7 +269,7 @@ class System:
         laws = zip(E11, self.cords.toe_strain, self.cords.engineering, strict=True)
         slope = np.array([law_of(*law)[1] for law in laws]) * self.cords.axial_stiffness / self.cords.area
         elements = matrices.tangent(xe, self.stress(x), slope, self.cords.area, self.net.rest_length)
-        return matrices.assembled(elements, self.net.cables, self.net.node_count)
+        return assembled(elements, self.net.cables, self.net.node_count)
 
     def damping_matrix(self) -> sparse.csr_matrix:
         """D = α M + β T(x̄) of Eq. (9), (3n, 3n); zero without Rayleigh damping."""
@@ -278,7 +277,7 @@ class System:
             return sparse.csr_matrix((3 * self.net.node_count,) * 2)
         span = self.net.nodes[self.net.cables[:, 1]] - self.net.nodes[self.net.cables[:, 0]]
         elements = matrices.reference_stiffness(span, self.cords.axial_stiffness, self.net.rest_length)
-        K0 = matrices.assembled(elements, self.net.cables, self.net.node_count)
+        K0 = assembled(elements, self.net.cables, self.net.node_count)
         return self.damping.alpha * self.mass_matrix() + self.damping.beta * K0
 
 

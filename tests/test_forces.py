@@ -115,7 +115,7 @@ def test_every_force_class_is_tested_here():
 
 def test_tangents_are_the_derivatives_of_the_force(case):
     force, t, x, v = case
-    K, C = force.tangent(t, x, v)
+    K, C = force.tangent(t, x, v).spread(len(x))
     # h = 1e-5: round-off 1e-16/h = 1e-11 and truncation h² = 1e-10 of the force's third derivative, which is
     # up to 1/EPS² = 25 times the tangent in the toe
     h = 1e-5
@@ -222,7 +222,7 @@ def test_coincident_nodes_give_zero_and_no_nan():
             packed = np.broadcast_to(x[:, :1], x.shape).copy()
             with np.errstate(all="raise"):
                 assert not force.force(t, packed, v).any(), name
-                K, C = force.tangent(t, packed, v)
+                K, C = force.tangent(t, packed, v).spread(len(x))
             assert not K.any(), name
             assert not C.any(), name
             assert force.account(t, packed, v) == (0.0, 0.0, 0.0)

@@ -12,7 +12,7 @@ from netdae.damping import Dashpot, NoDamping
 from netdae.errors import InputError, RunError
 from netdae.flight import simulate
 from netdae.forces.loads import NodalLoad
-from netdae.forces.protocol import Account
+from netdae.forces.protocol import Account, Tangent
 from netdae.integration import integrate
 from netdae.motions import FunctionMotion
 from netdae.options import SolverOptions
@@ -37,8 +37,7 @@ class Push:
         return self.of(t, x, v)
 
     def tangent(self, t, x, v):
-        zero = np.zeros((len(self.nodes), 1, 3, 1, 3))
-        return zero, zero
+        return Tangent.none(1)
 
     def account(self, t, x, v):
         return Account()

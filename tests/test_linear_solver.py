@@ -13,7 +13,7 @@ from netdae.damping import Dashpot, NoDamping, Rayleigh
 from netdae.errors import RunError
 from netdae.flight import simulate
 from netdae.forces.loads import Gravity, NodalLoad
-from netdae.forces.protocol import Account
+from netdae.forces.protocol import Account, Tangent
 from netdae.ida import IdaSolver
 from netdae.linear_solver import CondensedSolver, full_jacobian
 from netdae.motions import FunctionMotion
@@ -55,7 +55,7 @@ class Spring:
     def tangent(self, t, x, v):
         K = np.zeros((len(self.nodes), 1, 3, 1, 3))
         K[:, 0, range(3), 0, range(3)] = self.stiffness
-        return K, np.zeros_like(K)
+        return Tangent.of_all(K, np.zeros_like(K))
 
     def account(self, t, x, v):
         return Account(external_power=float(np.vdot(self.stiffness * x, v)))

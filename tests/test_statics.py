@@ -8,7 +8,7 @@ from scipy.linalg import eigh, eigvalsh
 
 import netdae as nd
 from netdae import statics
-from netdae.forces.protocol import Account
+from netdae.forces.protocol import Account, Tangent
 
 GRAVITY = nd.Gravity([0.0, 0.0, -9.81])
 CORNERS = nd.Restraint("corners")
@@ -281,7 +281,7 @@ class Repulsion:
         return self.k * x
 
     def tangent(self, t, x, v):
-        return self.k * np.eye(3).reshape(1, 1, 3, 1, 3), np.zeros((1, 1, 3, 1, 3))
+        return Tangent.of_all(self.k * np.eye(3).reshape(1, 1, 3, 1, 3), np.zeros((1, 1, 3, 1, 3)))
 
     def account(self, t, x, v):
         return Account()

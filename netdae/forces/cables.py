@@ -24,7 +24,7 @@ import numpy as np
 from numba import njit
 
 from netdae._arrays import BoolArray, FloatArray, IntArray
-from netdae.forces.protocol import Account, NewtonPart
+from netdae.forces.protocol import Account, NewtonPart, Tangent
 
 
 @njit(cache=True)
@@ -84,6 +84,7 @@ def _forces(
 def _tangents(
     x: FloatArray,
     v: FloatArray,
+    taut: IntArray,
     L: FloatArray,
     EA: FloatArray,
     eps: FloatArray,
@@ -92,31 +93,45 @@ def _tangents(
     K: FloatArray,
     C: FloatArray,
 ) -> None:
-    for e in range(len(L)):
-        d = x[e, 1] - x[e, 0]
-        E11 = strain_of(d[0], d[1], d[2], L[e])
-        if E11 < 0.0:
-            K[e] = 0.0
-            C[e] = 0.0
-            continue
-        g, dg, ddg, _ = law_of(E11, eps[e], engineering[e])
-        w = v[e, 1] - v[e, 0]
+    for k in range(len(taut)):
+        e = taut[k]
+        d, w = x[e, 1] - x[e, 0], v[e, 1] - v[e, 0]
+        g, dg, ddg, _ = law_of(strain_of(d[0], d[1], d[2], L[e]), eps[e], engineering[e])
         rate = (d[0] * w[0] + d[1] * w[1] + d[2] * w[2]) / (L[e] * L[e])
-        S11 = g + tau[e] * dg * rate
-        if S11 < 0.0:
-            K[e] = 0.0
-            C[e] = 0.0
-            continue
-        q, c = S11 * EA[e] / L[e], EA[e] / L[e] ** 3
+        q, c = (g + tau[e] * dg * rate) * EA[e] / L[e], EA[e] / L[e] ** 3
         for a in range(3):
             for b in range(3):
                 along = c * d[a] * ((dg + tau[e] * ddg * rate) * d[b] + tau[e] * dg * w[b])
                 stiffness = along + q if a == b else along
                 viscosity = c * tau[e] * dg * d[a] * d[b]
-                K[e, 0, a, 1, b] = K[e, 1, a, 0, b] = stiffness
-                K[e, 0, a, 0, b] = K[e, 1, a, 1, b] = -stiffness
-                C[e, 0, a, 1, b] = C[e, 1, a, 0, b] = viscosity
-                C[e, 0, a, 0, b] = C[e, 1, a, 1, b] = -viscosity
+                K[k, 0, a, 1, b] = K[k, 1, a, 0, b] = stiffness
+                K[k, 0, a, 0, b] = K[k, 1, a, 1, b] = -stiffness
+                C[k, 0, a, 1, b] = C[k, 1, a, 0, b] = viscosity
+                C[k, 0, a, 0, b] = C[k, 1, a, 1, b] = -viscosity
+
+
+@njit(cache=True)
+def _taut(
+    x: FloatArray,
+    v: FloatArray,
+    L: FloatArray,
+    eps: FloatArray,
+    engineering: BoolArray,
+    tau: FloatArray,
+) -> IntArray:
+    """Cables that are taut and whose stress is not held at zero."""
+    taut, count = np.empty(len(L), dtype=np.int64), 0
+    for e in range(len(L)):
+        dx, dy, dz = x[e, 1, 0] - x[e, 0, 0], x[e, 1, 1] - x[e, 0, 1], x[e, 1, 2] - x[e, 0, 2]
+        E11 = strain_of(dx, dy, dz, L[e])
+        if E11 < 0.0:
+            continue
+        g, dg, _, _ = law_of(E11, eps[e], engineering[e])
+        wx, wy, wz = v[e, 1, 0] - v[e, 0, 0], v[e, 1, 1] - v[e, 0, 1], v[e, 1, 2] - v[e, 0, 2]
+        if g + tau[e] * dg * (dx * wx + dy * wy + dz * wz) / (L[e] * L[e]) >= 0.0:
+            taut[count] = e
+            count += 1
+    return taut[:count].copy()
 
 
 @njit(cache=True)
@@ -197,11 +212,12 @@ class Cables:
         _forces(x, v, self.L, self.EA, self.eps, self.engineering, self.tau, f)
         return f
 
-    def tangent(self, t: float, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """∂f/∂x, minus Eq. (6) without dashpot, and ∂f/∂v, each (m, 2, 3, 2, 3)."""
-        K, C = np.empty((2, len(x), 2, 3, 2, 3))
-        _tangents(x, v, self.L, self.EA, self.eps, self.engineering, self.tau, K, C)
-        return K, C
+    def tangent(self, t: float, x: FloatArray, v: FloatArray) -> Tangent:
+        """∂f/∂x, minus Eq. (6) without dashpot, and ∂f/∂v, of the taut cables."""
+        taut = _taut(x, v, self.L, self.eps, self.engineering, self.tau)
+        K, C = np.empty((2, len(taut), 2, 3, 2, 3))
+        _tangents(x, v, taut, self.L, self.EA, self.eps, self.engineering, self.tau, K, C)
+        return Tangent(taut, K, C)
 
     def account(self, t: float, x: FloatArray, v: FloatArray) -> Account:
         """Elastic energy and the dashpot's power, (S11 − g) Ė11 Ā L̄ with the S11 that is not below zero."""

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from netdae._arrays import FloatArray, IntArray
-from netdae.forces.protocol import Account, Force, NewtonPart
+from netdae.forces.protocol import Account, Force, NewtonPart, Tangent
 from netdae.net import CableNet
 from netdae.signals import Signal, signal_of
 
@@ -79,10 +79,9 @@ class UniformLoad:
         """Force on each node, (m, 1, 3), N."""
         return self.weight[:, None, None] * self.signal(t)
 
-    def tangent(self, t: float, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Zero, (m, 1, 3, 1, 3): a load does not depend on the motion."""
-        zero = np.zeros((len(self.nodes), 1, 3, 1, 3))
-        return zero, zero
+    def tangent(self, t: float, x: FloatArray, v: FloatArray) -> Tangent:
+        """None: a load does not depend on the motion."""
+        return Tangent.none(1)
 
     def account(self, t: float, x: FloatArray, v: FloatArray) -> Account:
         """External power p·v."""

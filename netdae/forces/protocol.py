@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from typing import Literal, NamedTuple, Protocol
 
+import numpy as np
+
 from netdae._arrays import FloatArray, IntArray
 
 NewtonPart = Literal["symmetric", "nothing"]
@@ -18,6 +20,35 @@ class Account(NamedTuple):
     stored_energy: float = 0.0  # J
     dissipated_power: float = 0.0  # W, taken out of the motion
     external_power: float = 0.0  # W, put into the motion from outside
+
+
+class Tangent(NamedTuple):
+    """Derivatives of a force at those elements where one of them is not zero: slack cables are left out.
+
+    elements : (a,), which of the m elements
+    dx, dv : ∂f/∂x in N/m and ∂f/∂v in N s/m, each (a, k, 3, k, 3)
+    """
+
+    elements: IntArray
+    dx: FloatArray
+    dv: FloatArray
+
+    @classmethod
+    def none(cls, k: int) -> Tangent:
+        """Of a force that depends on neither."""
+        empty = np.zeros((0, k, 3, k, 3))
+        return cls(np.zeros(0, dtype=np.int64), empty, empty)
+
+    @classmethod
+    def of_all(cls, dx: FloatArray, dv: FloatArray) -> Tangent:
+        """With all elements, dx and dv (m, k, 3, k, 3)."""
+        return cls(np.arange(len(dx)), dx, dv)
+
+    def spread(self, m: int) -> tuple[FloatArray, FloatArray]:
+        """dx and dv of all m elements, (m, k, 3, k, 3)."""
+        K, C = np.zeros((2, m, *self.dx.shape[1:]))
+        K[self.elements], C[self.elements] = self.dx, self.dv
+        return K, C
 
 
 class Force(Protocol):
@@ -46,8 +77,8 @@ class Force(Protocol):
         """Force on each node, (m, k, 3), N."""
         ...
 
-    def tangent(self, t: float, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """∂f/∂x in N/m and ∂f/∂v in N s/m, each (m, k, 3, k, 3)."""
+    def tangent(self, t: float, x: FloatArray, v: FloatArray) -> Tangent:
+        """∂f/∂x and ∂f/∂v."""
         ...
 
     def account(self, t: float, x: FloatArray, v: FloatArray) -> Account:

@@ -11,9 +11,20 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+from numba import njit
 
 from netdae._arrays import FloatArray, IntArray
-from netdae.forces.protocol import Account, NewtonPart
+from netdae.forces.protocol import Account, NewtonPart, Tangent
+
+
+@njit(cache=True)
+def _pulls(viscosity: FloatArray, v: FloatArray, f: FloatArray) -> None:
+    for e in range(len(viscosity)):
+        for a in range(3):
+            pull = 0.0
+            for b in range(3):
+                pull += viscosity[e, a, b] * (v[e, 1, b] - v[e, 0, b])
+            f[e, 0, a], f[e, 1, a] = pull, -pull
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,21 +41,22 @@ class StiffnessDamping:
     jumps: tuple[float, ...] = ()
     kinks: tuple[float, ...] = ()
     external: bool = False
-    _tangent: tuple[FloatArray, FloatArray] = field(init=False, repr=False)
+    _tangent: Tangent = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         C = np.empty((len(self.nodes), 2, 3, 2, 3))
         C[:, 0, :, 1, :] = C[:, 1, :, 0, :] = self.viscosity
         C[:, 0, :, 0, :] = C[:, 1, :, 1, :] = -self.viscosity
-        object.__setattr__(self, "_tangent", (np.zeros_like(C), C))
+        object.__setattr__(self, "_tangent", Tangent.of_all(np.zeros_like(C), C))
 
     def force(self, t: float, x: FloatArray, v: FloatArray) -> FloatArray:
         """Force on the two nodes of each cable, (m, 2, 3), N."""
-        pull = (self.viscosity @ (v[:, 1] - v[:, 0])[:, :, None])[:, :, 0]
-        return np.stack((pull, -pull), axis=1)
+        f = np.empty_like(v)
+        _pulls(self.viscosity, v, f)
+        return f
 
-    def tangent(self, t: float, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Zero and −β K₀, each (m, 2, 3, 2, 3)."""
+    def tangent(self, t: float, x: FloatArray, v: FloatArray) -> Tangent:
+        """Zero and −β K₀."""
         return self._tangent
 
     def account(self, t: float, x: FloatArray, v: FloatArray) -> Account:
@@ -71,12 +83,12 @@ class MassDamping:
         """Drag on each node, (n, 1, 3), N."""
         return -self.viscosity[:, None, None] * v
 
-    def tangent(self, t: float, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Zero and −α M, each (n, 1, 3, 1, 3)."""
+    def tangent(self, t: float, x: FloatArray, v: FloatArray) -> Tangent:
+        """Zero and −α M."""
         C = np.zeros((len(self.nodes), 1, 3, 1, 3))
         axes = np.arange(3)
         C[:, 0, axes, 0, axes] = -self.viscosity[:, None]
-        return np.zeros_like(C), C
+        return Tangent.of_all(np.zeros_like(C), C)
 
     def account(self, t: float, x: FloatArray, v: FloatArray) -> Account:
         """Dissipated power α v·M v."""
