@@ -154,16 +154,3 @@ class BlockPattern:
         keys = self.columns * self.node_count + self.rows
         wanted = np.maximum(i, j) * self.node_count + np.minimum(i, j)
         return np.ascontiguousarray(np.where(i <= j, np.searchsorted(keys, wanted), -1))
-
-    def upper_csc(self) -> tuple[sparse.csc_matrix, IntArray]:
-        """Upper triangle as scalar CSC (3n, 3n), and where its data stand in the raveled blocks."""
-        b, r, c = (index.ravel() for index in np.indices((len(self.rows), 3, 3)))
-        upper = (self.rows[b] < self.columns[b]) | (r <= c)
-        entries = np.flatnonzero(upper)
-        coordinates = (3 * self.rows[b] + r)[entries], (3 * self.columns[b] + c)[entries]
-        size = 3 * self.node_count
-        # 1-based, so that no entry is taken for an explicit zero
-        numbered = sparse.csc_matrix((entries + 1.0, coordinates), shape=(size, size))
-        numbered.sort_indices()
-        places = numbered.data.astype(np.int64) - 1
-        return numbered, places

@@ -20,7 +20,7 @@ from netdae._arrays import BoolArray, FloatArray, IntArray
 from netdae.assembly import BlockPattern
 from netdae.errors import RunError
 
-SINGULAR = 1e-15  # a pivot over the largest diagonal entry of its block: nothing but round-off is left
+SINGULAR = 4e-15  # a pivot over the diagonal of its block before elimination: round-off of some terms is left
 
 
 @njit(cache=True)
@@ -61,12 +61,14 @@ def _symbolic(
 
 
 @njit(cache=True)
-def _factor_pivot(A: FloatArray, pivot: FloatArray) -> bool:
+def _factor_pivot(A: FloatArray, scale: float, pivot: FloatArray) -> bool:
     """LDLᵀ of a symmetric 3×3 block as (l10, l20, l21, 1/d0, 1/d1, 1/d2); False if it is singular.
+
+    scale : largest diagonal entry of the block before elimination, of which round-off is a share
 
     Not its inverse: stiff along a cable and soft across it, the block would lose digits of the momentum.
     """
-    least = SINGULAR * max(abs(A[0, 0]), abs(A[1, 1]), abs(A[2, 2]))
+    least = SINGULAR * scale
     d0 = A[0, 0]
     if not abs(d0) > least:
         return False
@@ -142,6 +144,7 @@ def _numeric(
                 length -= 1
                 stack[top] = path[length]
         D[:] = K[diagonal[k]]
+        scale = max(abs(D[0, 0]), abs(D[1, 1]), abs(D[2, 2]))
         for q in range(top, n):
             i = stack[q]
             y00, y01, y02 = Y[i, 0, 0], Y[i, 0, 1], Y[i, 0, 2]
@@ -167,7 +170,7 @@ def _numeric(
                 D[r, 2] -= l0 * y02 + l1 * y12 + l2 * y22
             L_row[last] = k
             L_count[i] += 1
-        if not _factor_pivot(D, pivots[k]):
+        if not _factor_pivot(D, scale, pivots[k]):
             return k
     return -1
 

@@ -132,6 +132,12 @@ class ExplicitSolver:
         self._limit_strain(float(self._system.strain(y[0]).max()))
         self.counts["starts"] += 1
 
+    def go_on(self, part: System) -> None:
+        """Go on in the part of the phase that begins here, where accelerations of driven axes may jump."""
+        self._phase = part
+        a_d = self._drive.at(part.inside(self._t))[2].ravel()
+        self._a[self._held.entry] = a_d[self._held.entry]
+
     def step(self, stop: float) -> list[Step]:
         """Up to `CHUNK` steps towards `stop`: their end, and before it the step of a new largest tension."""
         begin = perf_counter()

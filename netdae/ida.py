@@ -14,6 +14,7 @@ import logging
 import math
 import os
 import sys
+import threading
 from collections import Counter, defaultdict
 from time import perf_counter
 from typing import ClassVar, TextIO
@@ -35,7 +36,10 @@ from netdae.system import System
 
 logger = logging.getLogger(__name__)
 
+_ONE_AT_A_TIME = threading.RLock()
+
 NEWTON_ITERATIONS = 4  # IDA's default limit in one attempt of a step
+DIVERGING = 0.9  # IDA's limit of the mean ratio of successive corrections
 STUCK = 1000  # steps without progress of the clock before a run is given up
 
 REASONS = {
@@ -66,7 +70,7 @@ class IdaSolver:
         self._mass = np.repeat(system.mass[:, None], 3, axis=1)
         self._solver = CondensedSolver(system)
         self._shape = (2, *drive.mask.shape)
-        self._correction = np.zeros(self._shape)
+        self._correction, self._first_correction = np.zeros((2, *self._shape))
         self._echo = False
         self._options = options
         rtol, atol_position, atol_velocity = options.tolerances
@@ -74,7 +78,7 @@ class IdaSolver:
         self._atol[0], self._atol[1] = atol_position, atol_velocity
         self.counts: Counter[str] = Counter()
         self.seconds: defaultdict[str, float] = defaultdict(float)
-        self._attempt_t = self._setup_t = -math.inf
+        self._attempt_t = -math.inf
         self._attempt_solves = 0
         self._t = 0.0
         true = options.products == "true"
@@ -93,10 +97,14 @@ class IdaSolver:
     def enter(self, phase: System, t: float, y: FloatArray, yp: FloatArray) -> None:
         """Start afresh at t in `phase` from y = (x, v) and yp = (v, a), both (2, n, 3) and consistent."""
         self._phase, self._t = phase, t
-        self._attempt_t = self._setup_t = -math.inf
+        self._attempt_t = -math.inf
         self.counts["starts"] += 1
         with _quiet():
             self._ida.init_step(t, y.ravel(), yp.ravel())
+
+    def go_on(self, part: System) -> None:
+        """Go on in the part of the phase that begins here."""
+        self._phase = part
 
     def step(self, stop: float) -> list[Step]:
         """One internal step towards `stop`, not beyond."""
@@ -116,8 +124,11 @@ class IdaSolver:
         return self._advance(t, "normal", None)
 
     def _advance(self, t: float, method: str, stop: float | None) -> Step:
-        with _quiet():
-            result = self._ida.step(t, method=method, tstop=stop)
+        try:
+            with _quiet():
+                result = self._ida.step(t, method=method, tstop=stop)
+        except KeyError as error:  # scikit-sundae has no words for some of SUNDIALS' codes
+            raise RunError(self._failure(f"SUNDIALS gave up with code {error}")) from error
         if not result.success:
             raise RunError(self._failure(REASONS.get(result.status, result.message)))
         return Step(result.t, result.y.reshape(self._shape), result.yp.reshape(self._shape))
@@ -138,8 +149,7 @@ class IdaSolver:
         if not math.isfinite(res.sum()):
             self._raise_not_finite(t, F)
         if t < self._attempt_t:
-            failed = "newton_failures" if self._attempt_solves >= NEWTON_ITERATIONS else "error_test_failures"
-            self.counts[failed] += 1
+            self.counts["newton_failures" if self._diverged(y) else "error_test_failures"] += 1
         if t != self._attempt_t:
             self._attempt_t, self._attempt_solves = t, 0
         self.counts["residuals"] += 1
@@ -152,9 +162,8 @@ class IdaSolver:
             self._solver.setup(self._phase, t, x, v, cj)
         except RunError as error:
             raise RunError(f"the run failed at t = {t:.9g} s: {error}") from error
-        if t == self._setup_t:  # asked for again in the same attempt: Newton failed on the former matrix
+        if t == self._attempt_t and self._attempt_solves > 0:  # Newton failed on the former matrix
             self.counts["newton_failures"] += 1
-        self._setup_t = t
         self._attempt_solves = 0
         self.counts["setups"] += 1
         self.seconds["setup"] += perf_counter() - begin
@@ -168,6 +177,8 @@ class IdaSolver:
         (r1, r2), (dx, dv) = rvec.reshape(self._shape), zvec.reshape(self._shape)
         self._solver.solve(r1, r2, cj, dx, dv)
         self._correction[:] = zvec.reshape(self._shape)
+        if self._attempt_solves == 0:
+            self._first_correction[:] = self._correction
         self._attempt_solves += 1
         self.counts["solves"] += 1
         self.seconds["solve"] += perf_counter() - begin
@@ -184,6 +195,17 @@ class IdaSolver:
         J[1][self._held] = dv[self._held]
 
     # Failures
+
+    def _diverged(self, y: FloatArray) -> bool:
+        """Whether the attempt that IDA steps back from failed in Newton's iteration, by IDA's own criteria."""
+        iterations = self._attempt_solves - 1
+        if iterations < 1:
+            return False
+        if self._attempt_solves >= NEWTON_ITERATIONS:
+            return True
+        weight = 1.0 / (self._options.tolerances[0] * np.abs(y.reshape(self._shape)) + self._atol)
+        last, first = (np.linalg.norm(d * weight) for d in (self._correction, self._first_correction))
+        return bool(last > DIVERGING**iterations * first)
 
     def _raise_not_finite(self, t: float, F: FloatArray) -> None:
         part, node, axis = np.argwhere(~np.isfinite(F))[0]
@@ -228,4 +250,8 @@ class _Filter(io.TextIOBase):
 
 
 def _quiet() -> contextlib.AbstractContextManager[object]:
-    return contextlib.redirect_stdout(_Filter(sys.stdout))
+    """Text of SUNDIALS goes to the log; one thread at a time, since standard output is everybody's."""
+    stack = contextlib.ExitStack()
+    stack.enter_context(_ONE_AT_A_TIME)
+    stack.enter_context(contextlib.redirect_stdout(_Filter(sys.stdout)))
+    return stack

@@ -8,7 +8,6 @@ on the output times: those are read from IDA's polynomial.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from itertools import pairwise
 from time import perf_counter
 from typing import Any
 
@@ -18,6 +17,7 @@ from netdae._arrays import FloatArray
 from netdae.errors import InputError
 from netdae.ledger import Ledger
 from netdae.options import SolverOptions
+from netdae.phases import SAME
 from netdae.restraints import Drive
 from netdae.state import Books, State
 from netdae.stepper import Share, Step, Stepper
@@ -52,14 +52,19 @@ class Integration:
         return self
 
     def __next__(self) -> State:
-        return next(self._states)
+        begin = perf_counter()  # what the caller does with a State is not counted
+        try:
+            return next(self._states)
+        finally:
+            self._seconds += perf_counter() - begin
 
     @property
     def statistics(self) -> dict[str, Any]:
         """Counts of steps, residuals, setups, solves, failures and starts, and wall seconds by part.
 
-        Failures are told from the order of IDA's calls: a second setup in one attempt of a step, or four
-        corrections and a step back, is a failure of Newton's iteration; another step back is one of the error test.
+        Failures are told from the order of IDA's calls: a setup in the middle of an attempt at a step, or a step
+        back from four corrections or from ones that shrink too slowly, is a failure of Newton's iteration; any
+        other step back is one of the error test.
         """
         counts = {name: self._solver.counts[name] for name in self._solver.COUNTS}
         seconds = {name: round(value, 6) for name, value in sorted(self._solver.seconds.items())}
@@ -75,38 +80,37 @@ class Integration:
         return [] if self._ledger is None else self._ledger.impulses
 
     def _run(self) -> Iterator[State]:
-        begin_clock = perf_counter()
         outputs = list(self._times[1:])
         t0, end = float(self._times[0]), float(self._times[-1])
         x, v = self._start.x.copy(), self._start.v.copy()
-        for begin, stop in pairwise([t0, *self._system.jumps_within(t0, end), end]):
-            phase = self._system.during(begin, stop)
+        for begin, stop, phase in self._system.phases(t0, end):
             state = self._phase_start(phase, begin, x, v)
             if self._ledger is None:
                 self._ledger = Ledger(phase, self._drive, state)
-                yield self._told(state, begin_clock)
+                yield self._told(state)
             else:
                 self._ledger.enter(phase, state)
             self._show(state, self._ledger.books())
             y, yp = np.stack((state.x, state.v)), np.stack((state.v, state.a))
             self._solver.enter(phase, begin, y, yp)
-            for kink in [*phase.kinks_within(begin, stop), stop]:
+            for kink, part in phase.smooth_parts(begin, stop):
+                self._solver.go_on(part)
+                self._ledger.go_on(part)
                 while state.t < kink:
                     for step in self._solver.step(kink):
                         while outputs and outputs[0] <= step.t:
                             at = float(outputs.pop(0))
                             inner = step if at == step.t else self._solver.output(at)
-                            yield self._told(self._state(phase, inner), begin_clock, inner.share)
-                        state = self._state(phase, step)
+                            yield self._told(self._state(part, inner), inner.share, whole=at == step.t)
+                        state = self._state(part, step)
                         self._close_step(state, step.share)
             x, v = state.x, state.v
-        self._seconds = perf_counter() - begin_clock
 
     def _phase_start(self, phase: System, t: float, x: FloatArray, v: FloatArray) -> State:
         x_d, v_d, a_d = self._drive.at(phase.inside(t))
         held = self._drive.mask
         x, v = np.where(held, x_d, x), np.where(held, v_d, v)
-        return State(t, x, v, phase.acceleration(t, x, v, a_d))
+        return _read_only(State(t, x, v, phase.acceleration(t, x, v, a_d)))
 
     def _state(self, phase: System, step: Step) -> State:
         x, v, a = step.y[0], step.y[1], step.yp[1]
@@ -114,13 +118,12 @@ class Integration:
         if held.any():  # IDA's yp is a difference quotient there, and its y between steps a polynomial
             x_d, v_d, a_d = self._drive.at(phase.inside(step.t))
             x, v, a = np.where(held, x_d, x), np.where(held, v_d, v), np.where(held, a_d, a)
-        return State(step.t, x, v, a)
+        return _read_only(State(step.t, x, v, a))
 
-    def _told(self, state: State, begin_clock: float, share: Share | None = None) -> State:
-        """State for an output time, with the books up to it."""
+    def _told(self, state: State, share: Share | None = None, *, whole: bool = True) -> State:
+        """State for an output time, with the books up to it; `whole` where an internal step ends there."""
         assert self._ledger is not None
-        self._seconds = perf_counter() - begin_clock
-        return State(state.t, state.x, state.v, state.a, self._ledger.at(state, share))
+        return State(state.t, state.x, state.v, state.a, self._ledger.at(state, share, whole=whole))
 
     def _close_step(self, state: State, share: Share | None) -> None:
         assert self._ledger is not None
@@ -135,6 +138,13 @@ class Integration:
         for watch in self._watch:
             watch(told)
         self._solver.seconds["watchers"] += perf_counter() - begin
+
+
+def _read_only(state: State) -> State:
+    """The state, which no watcher can change any more."""
+    for array in (state.x, state.v, state.a):
+        array.flags.writeable = False
+    return state
 
 
 def _stepper_of(system: System, drive: Drive, options: SolverOptions) -> Stepper:
@@ -162,13 +172,10 @@ def integrate(
     Raises InputError for times that do not rise or a start that contradicts a restraint, RunError for a run that fails.
     """
     instants = np.asarray(times, dtype=np.float64)
-    if (
-        instants.ndim != 1
-        or len(instants) < 2
-        or not np.isfinite(instants).all()
-        or (np.diff(instants) <= 0).any()
-    ):
-        raise InputError("times: give at least two finite instants that rise")
+    if instants.ndim != 1 or len(instants) < 2 or not np.isfinite(instants).all():
+        raise InputError("times: give at least two finite instants")
+    if (np.diff(instants) <= 2 * SAME * np.spacing(np.abs(instants).max())).any():
+        raise InputError("times: they do not rise, or by no more than round-off: give instants that rise")
     if instants[0] != start.t:
         raise InputError(
             f"times: they begin at {instants[0]:g} s, but the start is at {start.t:g} s: let them agree"

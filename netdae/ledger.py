@@ -67,10 +67,15 @@ class Ledger:
         """Books up to the last internal step."""
         return self._told(NOTHING)
 
-    def at(self, state: State, share: Share | None = None) -> Books:
-        """Books up to a state between the last internal step and the next; the peak tension is told once."""
+    def at(self, state: State, share: Share | None = None, *, whole: bool = True) -> Books:
+        """Books up to a state after the last internal step; the peak tension is told once.
+
+        whole : an internal step ends at the state, so that its tension counts; else it lies inside a step
+        """
         if share is None:
             share = self._share(state, self._rates_at(state.t, state.x, state.v, state.a))
+            if not whole:
+                share = share._replace(peak_tension=0.0)
         books = self._told(share)
         self._peak = 0.0
         return books
@@ -82,9 +87,14 @@ class Ledger:
             self._work += system.kinetic_energy(state.v) - system.kinetic_energy(self._last.v)
             self._impulse = self._impulse + jump.sum(axis=0)
             self.impulses.append((state.t, jump.sum(axis=0)))
-        self._system = system
         self._last = state
-        self._rates = self._rates_at(state.t, state.x, state.v, state.a)
+        self.go_on(system)
+
+    def go_on(self, part: System) -> None:
+        """Go on in the part of the phase that begins at the last state: powers may jump there."""
+        self._system = part
+        last = self._last
+        self._rates = self._rates_at(last.t, last.x, last.v, last.a)
 
     def _share(self, state: State, rates: _Rates) -> Share:
         last, h = self._last, state.t - self._last.t

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import logging
 import os
@@ -62,7 +63,8 @@ class MetricsCsv:
     def end(self) -> None:
         """Close the file."""
         if self._stream is not None:
-            self._stream.close()
+            with contextlib.suppress(OSError):  # what could not be written was told when it was tried
+                self._stream.close()
             self._stream = None
 
     def _write(self, line: str) -> None:
@@ -160,9 +162,13 @@ class Recorder:
 
     def end(self) -> None:
         """Write the file if there is a path and a frame."""
-        if self.path is not None and self.states:
+        if self.path is None or not self.states:
+            return
+        try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             self.trajectory().save(self.path)
+        except OSError as error:
+            raise RunError(f"{self.path} could not be written: {reason_of(error)}") from error
 
 
 class Progress:

@@ -41,6 +41,10 @@ class Stepper(Protocol):
         """Start afresh at t in a phase, from consistent y and yp."""
         ...
 
+    def go_on(self, part: System) -> None:
+        """Go on, without a new start, in the part of the phase that begins here."""
+        ...
+
     def step(self, stop: float) -> list[Step]:
         """Go on towards `stop`, not beyond: the internal steps that were made, at least one, in their order."""
         ...

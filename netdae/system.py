@@ -6,14 +6,14 @@ Symbols: n nodes, x, v, a (n, 3); M lumped masses (n,); f sum of all forces (n, 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import sparse
 
 from netdae import matrices
-from netdae._arrays import FloatArray, IntArray, frozen_floats
+from netdae._arrays import BoolArray, FloatArray, IntArray, frozen_floats
 from netdae.assembly import BlockPattern, assembled, gather, scatter_add, scatter_blocks
 from netdae.damping import Damping, Rayleigh
 from netdae.errors import InputError
@@ -22,8 +22,8 @@ from netdae.forces.loads import Load
 from netdae.forces.protocol import Force
 from netdae.material import Cords, Material
 from netdae.net import CableNet
+from netdae.phases import pieces_of
 from netdae.restraints import Drive, Restraint, mask_of
-from netdae.signals import times_within
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +65,8 @@ class System:
         self.restrained = mask_of(self.restraints, net)
         self.mass = frozen_floats(_mass_of(net, self.cords, masses or {}))
         self._check_mass()
+        if not hasattr(damping, "viscosity_times"):
+            raise InputError(f"damping is {damping!r}: give a Dashpot, Rayleigh, or NoDamping() for none")
         self.damping = damping
         self.cables = Cables(
             net.cables,
@@ -96,7 +98,16 @@ class System:
                 "give its group a mass, join it to the net, or restrain all its axes"
             )
 
-    # Phases: between two jumps all forces are smooth in time.
+    def without(self, cables: BoolArray) -> System:
+        """The same system in which some cables, True in `cables` (m,), do not pull."""
+        other = System.__new__(System)
+        other.__dict__.update(self.__dict__)
+        other.cables = replace(self.cables, EA=np.where(cables, 0.0, self.cables.EA))
+        other.forces = (other.cables, *self.forces[1:])
+        other._placed = (replace(self._placed[0], force=other.cables), *self._placed[1:])
+        return other
+
+    # Phases: between two jumps all forces are continuous in time, between two kinks smooth.
 
     def during(self, begin: float, end: float) -> System:
         """The same system, whose forces are asked at times strictly between `begin` and `end` only.
@@ -112,15 +123,30 @@ class System:
         """`t`, or the nearest time inside the phase."""
         return min(max(t, self._phase[0]), self._phase[1])
 
-    def jumps_within(self, begin: float, end: float) -> list[float]:
+    @property
+    def jumps(self) -> list[float]:
         """Times at which a load jumps or a motion changes its velocity abruptly."""
-        jumps = [*(f.jumps for f in self.forces), *(r.motion.jumps for r in self.restraints)]
-        return times_within([t for times in jumps for t in times], begin, end)
+        of_all = [*(force.jumps for force in self.forces), *(r.motion.jumps for r in self.restraints)]
+        return [t for times in of_all for t in times]
 
-    def kinks_within(self, begin: float, end: float) -> list[float]:
+    @property
+    def kinks(self) -> list[float]:
         """Times at which only the rate of a load or an acceleration jumps."""
-        kinks = [*(f.kinks for f in self.forces), *(r.motion.kinks for r in self.restraints)]
-        return times_within([t for times in kinks for t in times], begin, end)
+        of_all = [*(force.kinks for force in self.forces), *(r.motion.kinks for r in self.restraints)]
+        return [t for times in of_all for t in times]
+
+    def phases(self, begin: float, end: float) -> Iterator[tuple[float, float, System]]:
+        """Begin, end and system of each phase between jumps; the flight starts afresh at each."""
+        for piece in pieces_of(begin, end, self.jumps):
+            yield piece.begin, piece.end, self.during(piece.after, piece.before)
+
+    def smooth_parts(self, begin: float, end: float) -> Iterator[tuple[float, System]]:
+        """End and system of each part of a phase between kinks; a step ends at each."""
+        low, high = self._phase
+        for piece in pieces_of(begin, end, self.kinks):
+            part = self.during(piece.after, piece.before)
+            part._phase = max(part._phase[0], low), min(part._phase[1], high)
+            yield piece.end, part
 
     def check_covers(self, begin: float, end: float) -> None:
         """Raise InputError where the table of a load or motion does not reach over the flight."""
@@ -275,8 +301,7 @@ class System:
         """D = α M + β T(x̄) of Eq. (9), (3n, 3n); zero without Rayleigh damping."""
         if not isinstance(self.damping, Rayleigh):
             return sparse.csr_matrix((3 * self.net.node_count,) * 2)
-        span = self.net.nodes[self.net.cables[:, 1]] - self.net.nodes[self.net.cables[:, 0]]
-        elements = matrices.reference_stiffness(span, self.cords.axial_stiffness, self.net.rest_length)
+        elements = matrices.reference_stiffness(self.net.spans, self.cords.axial_stiffness, self.net.rest_length)
         K0 = assembled(elements, self.net.cables, self.net.node_count)
         return self.damping.alpha * self.mass_matrix() + self.damping.beta * K0
 

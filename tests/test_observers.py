@@ -233,3 +233,12 @@ def test_the_number_of_frames_of_a_flight_changes_no_figure(tmp_path: Path) -> N
     assert summaries[0]["peak_tension"] > 1.0  # it has come taut
     # the rows tell the peaks between them: the largest of few rows is the largest of many
     assert frames[0].max() == frames[1].max() == pytest.approx(summaries[0]["peak_tension"], rel=1e-12)
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="the device that is always full is Linux's")
+def test_a_full_disk_is_a_run_error_for_the_trajectory(tmp_path, monkeypatch):
+    recorder = Recorder(tmp_path / "trajectory.npz")
+    recorder(State.at(np.zeros((2, 3))))
+    (tmp_path / "trajectory.npz.part").symlink_to("/dev/full")
+    with pytest.raises(RunError, match=r"trajectory\.npz could not be written: No space left"):
+        recorder.end()
