@@ -1,7 +1,8 @@
-"""The output folder of a run: which files are in it, and what its summary tells."""
+"""The output folder of a run: which files are in it, the flight into it, and what its summary tells."""
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
 import os
@@ -15,11 +16,12 @@ from typing import Any
 import netdae
 from netdae._files import reason_of, write_whole
 from netdae.errors import InputError, RunError
+from netdae.flight import shown, watches_of
 from netdae.ida import SUNDIALS_VERSION
 from netdae.observers import Checkpoint, MetricsCsv, Recorder
 from netdae.scenario import Scenario, Simulation
 from netdae.state import State
-from netdae.vtk import VtuSeries
+from netdae.system import System
 
 SERIES, METRICS, TRAJECTORY = "series.pvd", "metrics.csv", "trajectory.npz"
 CHECKPOINT, SUMMARY, SCENARIO = "checkpoint.npz", "summary.json", "scenario.toml"
@@ -27,17 +29,28 @@ FILES = (SERIES, METRICS, TRAJECTORY, CHECKPOINT, SUMMARY, SCENARIO)
 """Files of a run, beside the folder `frames`."""
 
 _FRAME = re.compile(r"frame_\d{6,}\.vtu(\.part)?")
+_MEMBER = re.compile(r"member_\d{3,}")
 
 
 class RunFolder:
     """A folder that takes the files of one run of a scenario.
 
-    Raises InputError for a path that is a file, or a folder with the files of a former run in it unless
-    `overwrite`. Nothing is changed before `claim`.
+    frames : whether series.pvd and the folder `frames` are written
+
+    Raises InputError for a path that is a file, or a folder with the files of a former run or ensemble in it
+    unless `overwrite`. Nothing is changed before `claim`.
     """
 
-    def __init__(self, path: str | os.PathLike[str], scenario: Scenario, *, overwrite: bool = False) -> None:
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        scenario: Scenario,
+        *,
+        overwrite: bool = False,
+        frames: bool = True,
+    ) -> None:
         self.path = Path(path)
+        self.frames = frames
         self._scenario = scenario
         former = self._former()
         if [file.name for file in former] == [SCENARIO] and former[0].read_bytes() != scenario.text:
@@ -46,7 +59,7 @@ class RunFolder:
             )
         if former and not overwrite:
             raise InputError(
-                f"{self.path}: a former run is in this folder ({former[0].name}): "
+                f"{self.path}: a former run is in this folder ({former[0].relative_to(self.path).as_posix()}): "
                 "choose another by -o, or replace the run by --overwrite"
             )
 
@@ -54,12 +67,16 @@ class RunFolder:
         """Make the folder, take the files of a former run away, copy the scenario; raises InputError."""
         try:
             self.path.mkdir(parents=True, exist_ok=True)
-            for file in self._former():
+            former = self._former()
+            for file in former:
                 file.unlink()
+            for folder in sorted({file.parent for file in former} - {self.path}, reverse=True):
+                _remove_if_empty(folder)
             copy = self.path / SCENARIO
             if copy.resolve() != self._scenario.path.resolve():
                 write_whole(copy, self._scenario.text)
-            (self.path / "frames").mkdir(exist_ok=True)
+            if self.frames:
+                (self.path / "frames").mkdir(exist_ok=True)
         except OSError as error:
             raise self._not_writable(error) from error
 
@@ -69,29 +86,31 @@ class RunFolder:
         )
 
     def _former(self) -> list[Path]:
-        """Files of a former run, but never the scenario that is run."""
-        frames = self.path / "frames"
+        """Files of a former run or ensemble, but never the scenario that is run."""
         try:
             if self.path.exists() and not self.path.is_dir():
                 raise InputError(
                     f"{self.path}: this is a file, not a folder: choose another output folder by -o"
                 )
-            names = [*FILES, *(f"{name}.part" for name in FILES)]
-            inside = sorted(frames.iterdir()) if frames.is_dir() else []
-            found = [self.path / name for name in names] + [
-                file for file in inside if _FRAME.fullmatch(file.name)
-            ]
+            inside = sorted(self.path.iterdir()) if self.path.exists() else []
+            members = [each for each in inside if _MEMBER.fullmatch(each.name) and not each.is_symlink()]
             source = self._scenario.path.resolve()
-            return [file for file in found if file.is_file() and file.resolve() != source]
+            found = [file for folder in [self.path, *members] for file in _written_in(folder)]
+            return [file for file in found if file.resolve() != source]
         except OSError as error:
             raise self._not_writable(error) from error
 
     def observers(self, simulation: Simulation) -> list[Any]:
         """Observers that measure a flight and write its files; the metrics come first."""
+        series: list[Any] = []
+        if self.frames:
+            from netdae.vtk import VtuSeries  # VTK's import takes 0.2 s
+
+            series.append(VtuSeries(self.path / SERIES))
         return [
             simulation.metrics,
             MetricsCsv(self.path / METRICS, simulation.metrics),
-            VtuSeries(self.path / SERIES),
+            *series,
             Checkpoint(self.path / CHECKPOINT),
             Recorder(self.path / TRAJECTORY),
         ]
@@ -103,6 +122,69 @@ class RunFolder:
             write_whole(self.path / SUMMARY, text.encode())
         except OSError as error:
             raise RunError(f"{self.path / SUMMARY} could not be written: {reason_of(error)}") from error
+
+
+def _written_in(folder: Path) -> list[Path]:
+    """The files of a run that are in a folder."""
+    names = [*FILES, *(f"{name}.part" for name in FILES)]
+    frames = folder / "frames"
+    inside = sorted(frames.iterdir()) if frames.is_dir() else []
+    found = [folder / name for name in names] + [file for file in inside if _FRAME.fullmatch(file.name)]
+    return [file for file in found if file.is_file()]
+
+
+def _remove_if_empty(folder: Path) -> None:
+    with contextlib.suppress(OSError):  # something of the user's is in it
+        folder.rmdir()
+
+
+def fly(
+    simulation: Simulation,
+    folder: RunFolder,
+    *,
+    observers: Sequence[Any] = (),
+    about: Mapping[str, Any] | None = None,
+) -> dict[str, Any]:
+    """Fly into a folder and return the summary, which is written also when the flight fails or is interrupted.
+
+    observers : further ones, after those that write the files
+    about : entries that the summary has beside those of `summary_of`
+
+    Raises InputError for what cannot fly before the folder is changed; RunError for a flight that fails and
+    KeyboardInterrupt, both with a message that says what was kept.
+    """
+    last = LastStep()
+    watchers = [*folder.observers(simulation), last, *observers]
+    flight = simulation.integrate(watches_of(watchers))
+    folder.claim()
+    status, frames = "failed", 0
+    try:
+        for _ in shown(flight, simulation.system, watchers):
+            frames += 1
+        status = "finished"
+    except RunError as error:
+        status = f"failed: {error}"
+        raise RunError(f"{error}; the {frames} frames up to then are in {folder.path}") from error
+    except KeyboardInterrupt:
+        status = "interrupted"
+        t = simulation.start.t if last.state is None else last.state.t
+        raise KeyboardInterrupt(
+            f"interrupted at t = {t:.4g} s; the {frames} frames up to then are in {folder.path}"
+        ) from None
+    except Exception as error:
+        status = f"failed: {type(error).__name__}: {error}"
+        raise
+    finally:
+        summary = summary_of(
+            simulation,
+            status=status,
+            statistics=flight.statistics,
+            impulses=flight.impulses,
+            last=last.state,
+        )
+        summary |= about or {}
+        folder.write_summary(summary)
+    return summary
 
 
 class LastStep:
@@ -134,28 +216,19 @@ def summary_of(
     last : State of the last internal step, None if there is none
     """
     system, options = simulation.system, simulation.options
-    rtol, atol_position, atol_velocity = options.tolerances
     figures = {} if last is None else simulation.metrics.summary()
     warnings = [*simulation.findings, *figures.pop("warnings", [])]
     return {
         "title": simulation.title,
         "status": status,
-        "net": {
-            "nodes": system.net.node_count,
-            "cables": system.net.cable_count,
-            "mass": float(system.mass.sum()),
-            "cable_mass": float(system.cords.linear_density @ system.net.rest_length),
-        },
+        "net": net_figures(system),
         "solver": {
-            "method": "ida",
             "begin": float(simulation.times[0]),
             "end": float(simulation.times[-1]),
             "reached": None if last is None else last.t,
-            "rtol": rtol,
-            "atol_position": atol_position,
-            "atol_velocity": atol_velocity,
-            "max_order": options.max_order,
+            "accuracy": options.accuracy,
             "max_step": options.max_step,
+            **options.in_force,
             **statistics,
         },
         "deployment": figures,
@@ -166,12 +239,21 @@ def summary_of(
     }
 
 
+def net_figures(system: System) -> dict[str, Any]:
+    """What the summary tells of a net."""
+    return {
+        "nodes": system.net.node_count,
+        "cables": system.net.cable_count,
+        "mass": float(system.mass.sum()),
+        "cable_mass": float(system.cords.linear_density @ system.net.rest_length),
+    }
+
+
 def _reactions(simulation: Simulation, last: State) -> list[dict[str, Any]]:
     """Sums over the nodes of each restraint at the last internal step, with the loads as they are just before."""
     system = simulation.system
     begin = float(simulation.times[0])
-    jumps = system.jumps_within(begin, last.t)
-    phase = system.during(jumps[-1] if jumps else begin, last.t) if last.t > begin else system
+    *_, (_, _, phase) = system.phases(begin, last.t) if last.t > begin else [(begin, begin, system)]
     forces = phase.reactions(last.t, last.x, last.v, last.a)
     told = []
     for restraint in system.restraints:

@@ -16,17 +16,20 @@ MODULES = {
 
 # from the bottom up; a module imports its own layer or lower ones. A new module gets its place here.
 LAYERS = (
-    ("_arrays", "_files", "errors"),
+    ("_arrays", "_files", "compilation", "errors", "workers"),
     (
         *("assembly", "block_ldl", "damping", "forces", "material", "matrices", "motions", "net", "patterns"),
-        *("restraints", "signals", "state"),
+        *("phases", "restraints", "signals", "state"),
     ),
     ("initial", "system"),
-    ("balance", "ida", "flight", "integration", "ledger", "linear_solver", "modes", "options", "statics"),
-    ("figures", "metrics", "mouth", "observers"),
+    (
+        *("balance", "explicit", "flight", "ida", "integration", "ledger", "linear_solver", "modes"),
+        *("options", "statics", "stepper", "verlet"),
+    ),
+    ("ensemble", "figures", "metrics", "mouth", "observers"),
     ("inp", "mesh_findings", "mesh_io", "msh", "raw_mesh", "vtk", "vtk_lines"),
     ("scenario", "scenario_problems", "scenario_schema", "tables"),
-    ("jacobian_check", "run_folder"),
+    ("ensemble_folder", "jacobian_check", "run_folder"),
     ("cli",),
 )
 LAYER_OF = {name: number for number, names in enumerate(LAYERS) for name in names}
@@ -118,4 +121,4 @@ import netdae, netdae.flight, netdae.integration, netdae.cli.run
 from types import ModuleType
 assert not [name for name in netdae.__all__ if isinstance(getattr(netdae, name), ModuleType)]
 """
-    assert "sksundae" in loaded_after(code)
+    assert "pyvista" in loaded_after(code)  # all of them were loaded

@@ -8,15 +8,19 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, TextIO
 
 from cyclopts import Parameter
 
-from netdae.errors import RunError
+from netdae.errors import InputError
 
 if TYPE_CHECKING:
     from netdae.run_folder import RunFolder
-    from netdae.scenario import Simulation
+    from netdae.scenario import Scenario, Simulation
+    from netdae.state import State
+    from netdae.system import System
+
+_log = logging.getLogger(__name__)
 
 
 def run(
@@ -26,7 +30,23 @@ def run(
         Path | None,
         Parameter(name=["--output", "-o"], help="Folder; by default the scenario's name with _out."),
     ] = None,
-    overwrite: Annotated[bool, Parameter(negative="", help="Replace a former run in the folder.")] = False,
+    overwrite: Annotated[
+        bool, Parameter(negative="", help="Replace a former run or ensemble in the folder.")
+    ] = False,
+    ensemble: Annotated[
+        int | None, Parameter(help="Fly that many starts that differ a little; tell means and bands.")
+    ] = None,
+    perturb: Annotated[
+        float | None,
+        Parameter(help="Standard deviation of each free coordinate in an ensemble, m; 1e-9 by default."),
+    ] = None,
+    seed: Annotated[int | None, Parameter(help="Of the ensemble's disturbances; 0 by default.")] = None,
+    processes: Annotated[
+        int | None, Parameter(help="How many members fly at once; by default one for each processor.")
+    ] = None,
+    all_frames: Annotated[
+        bool, Parameter(negative="", help="Write frames for each member, not for the first alone.")
+    ] = False,
 ) -> None:
     """Run a scenario and write its frames and figures.
 
@@ -35,62 +55,67 @@ def run(
     scenario
         TOML file.
     """
-    from netdae.run_folder import RunFolder
     from netdae.scenario import read_scenario
 
+    of_ensemble = {
+        "--perturb": perturb,
+        "--seed": seed,
+        "--processes": processes,
+        "--all-frames": all_frames or None,
+    }
+    given = [name for name, value in of_ensemble.items() if value is not None]
+    if ensemble is None and given:
+        raise InputError(f"{given[0]} is for ensembles: give --ensemble N too, or leave it out")
     told = read_scenario(scenario)
-    folder = RunFolder(output or f"{scenario.stem}_out", told, overwrite=overwrite)
+    target = output or Path(f"{scenario.stem}_out")
     with _log_lines(), _stopped_by_sigterm():
+        if ensemble is None:
+            _fly_one(told, target, overwrite=overwrite)
+        else:
+            from netdae.cli.ensemble import fly_ensemble
+            from netdae.ensemble import Ensemble
+
+            fly_ensemble(
+                told,
+                Ensemble(ensemble, 1e-9 if perturb is None else perturb, seed or 0),
+                target,
+                processes=processes,
+                overwrite=overwrite,
+                all_frames=all_frames,
+            )
+
+
+def _fly_one(told: Scenario, target: Path, *, overwrite: bool) -> None:
+    from netdae.compilation import COMPILING, told_when_compiling
+    from netdae.observers import Progress
+    from netdae.run_folder import RunFolder, fly
+
+    folder = RunFolder(target, told, overwrite=overwrite)
+    with told_when_compiling(lambda: _log.info(COMPILING)):
         simulation = told.build()
-        summary = _fly(simulation, folder)
+        summary = fly(
+            simulation, folder, observers=[_Title(simulation), Progress(float(simulation.times[-1]))]
+        )
     for line in _lines(simulation, folder, summary):
         print(line)
 
 
-def _fly(simulation: Simulation, folder: RunFolder) -> dict[str, Any]:
-    """Fly and return the summary, which is written also when the run fails."""
-    from netdae.flight import shown, watches_of
-    from netdae.observers import Progress
-    from netdae.run_folder import LastStep, summary_of
+class _Title:
+    """Observer that prints what is flown, before the first step."""
 
-    last, system, end = LastStep(), simulation.system, float(simulation.times[-1])
-    observers = [*folder.observers(simulation), last, Progress(end)]
-    flight = simulation.integrate(watches_of(observers))
-    folder.claim()
-    print(
-        f"{simulation.title}: {system.net.node_count} nodes, {system.net.cable_count} cables, "
-        f"t = {simulation.times[0]:g} to {end:g} s",
-        flush=True,
-    )
-    status, frames = "failed", 0
-    try:
-        for _ in shown(flight, system, observers):
-            frames += 1
-        status = "finished"
-    except RunError as error:
-        status = f"failed: {error}"
-        raise RunError(f"{error}; {_kept(frames, folder)}") from error
-    except KeyboardInterrupt:
-        status = "interrupted"
-        t = simulation.start.t if last.state is None else last.state.t
-        raise KeyboardInterrupt(f"interrupted at t = {t:.4g} s; {_kept(frames, folder)}") from None
-    except Exception as error:
-        status = f"failed: {type(error).__name__}: {error}"
-        raise
-    finally:
-        summary = summary_of(
-            simulation,
-            status=status,
-            statistics=flight.statistics,
-            impulses=flight.impulses,
-            last=last.state,
+    def __init__(self, simulation: Simulation) -> None:
+        self._simulation = simulation
+
+    def begin(self, system: System) -> None:
+        simulation = self._simulation
+        print(
+            f"{simulation.title}: {system.net.node_count} nodes, {system.net.cable_count} cables, "
+            f"t = {simulation.times[0]:g} to {simulation.times[-1]:g} s",
+            flush=True,
         )
-        folder.write_summary(summary)
-    return summary
 
-
-def _kept(frames: int, folder: RunFolder) -> str:
-    return f"the {frames} frames up to then are in {folder.path}"
+    def __call__(self, state: State) -> None:
+        pass
 
 
 def _lines(simulation: Simulation, folder: RunFolder, summary: dict[str, Any]) -> Iterator[str]:
@@ -117,10 +142,18 @@ def _stopped_by_sigterm() -> Iterator[None]:
         signal.signal(signal.SIGTERM, former)
 
 
+class _LineHandler(logging.StreamHandler[TextIO]):
+    """Prints a line each; a reader that has left, for instance head, ends no flight."""
+
+    def handleError(self, record: logging.LogRecord) -> None:
+        if not isinstance(sys.exc_info()[1], BrokenPipeError):
+            super().handleError(record)
+
+
 @contextmanager
 def _log_lines() -> Iterator[None]:
     """Print what netdae logs, a line each: the progress where there is no terminal."""
-    handler = logging.StreamHandler(sys.stdout)
+    handler = _LineHandler(sys.stdout)
     logger = logging.getLogger("netdae")
     level = logger.level
     logger.addHandler(handler)
