@@ -1,16 +1,7 @@
 """The explicit method: velocity Verlet in chunks of steps, with a step length that is known to be stable.
 
-Symbols: h step length; k, c stiffness in N/m and viscosity in N s/m of a cable along itself; m mass of a node.
-
-The net is stable if no share of it is alone (B. M. Irons, Applications of a theorem on eigenvalues to finite
-element problems, 1970): give each cable e of node i the share of m_i that its (h² k + 2 h c)ₑ has in the sum Σ over
-the cables of i. Then each cable with its two shares is stable if, with sums over the cables of i and of j,
-
-    Σᵢ (h² k + 2 h c)/mᵢ + Σⱼ (h² k + 2 h c)/mⱼ + 2 h α ≤ 4,
-
-a quadratic in h for every cable, whatever its direction. In straight nets it is √2 below the true limit.
-k = EĀ/L̄ (g′λ² + g)/E is taken at a strain limit above all strains so far; a step that passes the limit ends its
-chunk, and the limit is raised. With a toe k falls with the limit, and h grows.
+The step is the stable one of `stable_step` for a strain limit above all strains so far. A step that passes the limit
+ends its chunk, and the limit is raised.
 """
 
 from __future__ import annotations
@@ -24,13 +15,14 @@ import numpy as np
 
 from netdae._arrays import FloatArray
 from netdae.errors import InputError, RunError
-from netdae.forces.cables import Cables, law_of
+from netdae.forces.cables import Cables
 from netdae.forces.loads import UniformLoad
 from netdae.forces.rayleigh import MassDamping, StiffnessDamping
 from netdae.motions import Fixed
 from netdae.options import SolverOptions
 from netdae.restraints import Drive
 from netdae.signals import Constant, Signal
+from netdae.stable_step import stable_step
 from netdae.stepper import Share, Step
 from netdae.system import System
 from netdae.verlet import Cords, Drags, Held, Pushes, Tally, fly
@@ -38,6 +30,7 @@ from netdae.verlet import Cords, Drags, Held, Pushes, Tally, fly
 CHUNK = 32  # steps between two looks: 1 ms of a 21 x 21 net
 FRACTIONS = {"fast": 0.9, "standard": 0.5, "accurate": 0.2}
 """Share of the stable step length that each accuracy takes; `scripts/accuracy.py` measures what each keeps."""
+UNBOUND = 1e-3  # s, where nothing that moves bounds the step
 UNSTABLE = 0.1  # gain of energy, as a share of the largest, that no stable flight has
 
 
@@ -79,18 +72,14 @@ class ExplicitSolver:
         drags = Drags(np.zeros((0, 2), dtype=np.int64), np.zeros((0, 6)), np.zeros(0))
         node, weight, signal = [], [], []
         self._signals: list[Signal] = []
-        self._viscosity = np.zeros(system.net.cable_count)
-        self._alpha = 0.0
         for force in system.forces:
             if isinstance(force, Cables):
                 self._cables = force
             elif isinstance(force, StiffnessDamping):
                 upper = force.viscosity[:, *np.triu_indices(3)]
                 drags = drags._replace(ends=3 * force.nodes, viscosity=np.ascontiguousarray(upper))
-                self._viscosity += np.trace(force.viscosity, axis1=1, axis2=2)
             elif isinstance(force, MassDamping):
                 drags = drags._replace(alpha=np.repeat(force.viscosity, 3))
-                self._alpha = float((force.viscosity[system.mass > 0] / system.mass[system.mass > 0]).max())
             elif isinstance(force, UniformLoad):
                 node.append(3 * force.nodes[:, 0])
                 weight.append(force.weight)
@@ -236,42 +225,18 @@ class ExplicitSolver:
         limit = floor * 2.0 ** max(0, math.ceil(math.log2(max(2.0 * strain, floor) / floor)))
         if limit != self._strain_limit:
             self._strain_limit = limit
-            self._stable = self._stable_step(limit)
+            self._stable = self._step_length(limit)
             self.counts["step_lengths"] += 1
 
     def _wasteful(self, strain: float) -> bool:
         """Whether the limit lies far above what is needed."""
         return self._strain_limit > 16.0 * max(strain, 0.0) and bool((self._cables.eps > 0).any())
 
-    def _stable_step(self, strain: float) -> float:
-        """h by the bound of this module's head, times the share that the accuracy takes."""
-        cables, mass = self._cables, self._system.mass
-        stiffening = np.empty(len(cables.L))
-        softening = np.empty(len(cables.L))
-        for law in {(float(eps), bool(eng)) for eps, eng in zip(cables.eps, cables.engineering, strict=True)}:
-            g, dg, _, _ = law_of(strain, *law)
-            of_law = (cables.eps == law[0]) & (cables.engineering == law[1])
-            stiffening[of_law] = dg * (1 + 2 * strain) + g
-            softening[of_law] = dg * (1 + 2 * strain)
-        k = cables.EA / cables.L * stiffening
-        c = cables.tau * cables.EA / cables.L * softening + self._viscosity
-        # nodes with all axes held do not move: their cables are as if fixed to a wall
-        over = np.zeros_like(mass)
-        moving_nodes = ~self._system.restrained.all(axis=1) & (mass > 0)
-        over[moving_nodes] = 1 / mass[moving_nodes]
-        K_m, C_m = (self._sum_at_nodes(of_cable) * over for of_cable in (k, c))
-        i, j = cables.nodes.T
-        A, B = K_m[i] + K_m[j], C_m[i] + C_m[j] + self._alpha
-        moving = A > 0
-        if not moving.any():
-            return self._options.max_step or 1e-3
-        h = float((4 / (B + np.sqrt(B**2 + 4 * A)))[moving].min())  # the root of A h² + 2 B h = 4
-        return min(FRACTIONS[self._options.accuracy] * h, self._options.max_step or math.inf)
-
-    def _sum_at_nodes(self, of_cable: FloatArray) -> FloatArray:
-        total = np.zeros(self._system.net.node_count)
-        np.add.at(total, self._cables.nodes, of_cable[:, None])
-        return total
+    def _step_length(self, strain: float) -> float:
+        """The stable step while no strain passes `strain`, times the share that the accuracy takes."""
+        stable = FRACTIONS[self._options.accuracy] * stable_step(self._system, strain)
+        longest = self._options.max_step or math.inf
+        return min(stable, longest) if math.isfinite(min(stable, longest)) else UNBOUND
 
     # Energy
 

@@ -20,6 +20,7 @@ from netdae.flight import shown, watches_of
 from netdae.ida import SUNDIALS_VERSION
 from netdae.observers import Checkpoint, MetricsCsv, Recorder
 from netdae.scenario import Scenario, Simulation
+from netdae.stable_step import cheaper_method
 from netdae.state import State
 from netdae.system import System
 
@@ -229,6 +230,7 @@ def summary_of(
             "accuracy": options.accuracy,
             "max_step": options.max_step,
             **options.in_force,
+            "cheaper": cheaper_method(system),
             **statistics,
         },
         "deployment": figures,

@@ -24,7 +24,7 @@ LAYERS = (
     ("initial", "system"),
     (
         *("balance", "explicit", "flight", "ida", "integration", "ledger", "linear_solver", "modes"),
-        *("options", "statics", "stepper", "verlet"),
+        *("options", "statics", "stable_step", "stepper", "verlet"),
     ),
     ("ensemble", "figures", "metrics", "mouth", "observers"),
     ("inp", "mesh_findings", "mesh_io", "msh", "raw_mesh", "vtk", "vtk_lines"),
