@@ -1,5 +1,7 @@
 """The compiled velocity Verlet: several steps of the whole net at once, with the books kept at each of them.
 
+Rounding may differ from machine to machine (sums are reordered for speed), but not from run to run.
+
 One step of length h, with the force at the new place and the velocity of its middle:
 
     v½ = v + h a/2,     x′ = x + h v½,     a′ = f(t′, x′, v½)/M,     v′ = v½ + h a′/2.
@@ -20,6 +22,9 @@ from numba import njit
 
 from netdae._arrays import BoolArray, FloatArray, IntArray
 from netdae.forces.cables import law_of
+
+
+FAST = {"reassoc", "contract", "arcp", "nsz"}  # but not-a-number and infinity keep their meaning
 
 
 class Cords(NamedTuple):
@@ -74,12 +79,13 @@ class Tally(NamedTuple):
     strain: float  # the largest E11
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath=FAST)
 def fly(
     x: FloatArray,
     v: FloatArray,
     a: FloatArray,
     mass: FloatArray,
+    share: FloatArray,
     cords: Cords,
     drags: Drags,
     pushes: Pushes,
@@ -92,34 +98,40 @@ def fly(
 ) -> Tally:
     """Take `steps` steps of length h, or fewer if a strain passes the limit; x, v, a are changed.
 
-    mass : (3n,), kg
+    mass : (3n,), kg; share : (3n,), 1/mass, zero on restrained axes
     signals : (steps + 1, s, 3), the signals at the ends of the steps, or (1, s, 3) where all are constant
     motions : (steps + 1, 3, k), u in m, u̇ and ü of each of k driven components at the ends of the steps
     """
     size = len(x)
-    f, viscous = np.empty(size), np.zeros(size)
+    f, viscous = np.zeros(size), np.zeros(size)
     damped, damping = np.empty(len(cords.L2), dtype=np.int64), np.empty(len(cords.L2))
     dragged = len(drags.ends) > 0 or len(drags.alpha) > 0
-    p_old, R_old = np.zeros(size), np.zeros(len(held.entry))
-    dissipated = work = peak = 0.0
-    px = py = pz = 0.0
-    peak_step, strain = 0, -np.inf
-    _push(pushes, signals[0], p_old)
     driven = len(held.entry) > 0
     loaded = len(pushes.node) > 0
+    p_old, R_old = np.zeros(size), np.zeros(len(held.entry))
+    dissipated = work = peak = 0.0
+    impulse = np.zeros(3)
+    peak_step, strain, step = 0, -np.inf, 0
+    _push(pushes, signals[0], p_old)
+    p = p_old.copy()
     x_old = x.copy()
     if driven:
         _forces(x, v, cords, drags, f, viscous, damped, damping)
         for c in range(len(held.entry)):
             i = held.entry[c]
             R_old[c] = mass[i] * a[i] - f[i] - p_old[i]
-    p = p_old.copy()
-    for step in range(1, steps + 1):
+    for i in range(size):
+        v[i] += 0.5 * h * a[i]
+        f[i] = 0.0
+    while step < steps and strain <= strain_limit:
+        step += 1
         if loaded or driven:
             x_old[:] = x
+        # v is the middle velocity: the half kick of the former step and that of this one, and the drift, in one pass
         for i in range(size):
-            v[i] += 0.5 * h * a[i]
+            v[i] += h * share[i] * f[i]
             x[i] += h * v[i]
+            f[i] = 0.0
         for c in range(len(held.entry)):
             i, k = held.entry[c], held.motion[c]
             x[i] = held.anchor[c] + motions[step, 0, k]
@@ -134,49 +146,38 @@ def fly(
             for i in range(size):
                 f[i] += p[i]
                 work += 0.5 * (p_old[i] + p[i]) * (x[i] - x_old[i])
-            for i in range(0, size, 3):
-                px += 0.5 * h * (p_old[i] + p[i])
-                py += 0.5 * h * (p_old[i + 1] + p[i + 1])
-                pz += 0.5 * h * (p_old[i + 2] + p[i + 2])
+                impulse[i % 3] += 0.5 * h * (p_old[i] + p[i])
             if len(signals) > 1:
                 p_old[:] = p
-        if len(drags.alpha):
-            for i in range(0, size, 3):  # the force of α M was taken with the middle velocity
-                px -= h * drags.alpha[i] * v[i]
-                py -= h * drags.alpha[i + 1] * v[i + 1]
-                pz -= h * drags.alpha[i + 2] * v[i + 2]
-        for i in range(size):
-            a[i] = f[i] / mass[i] if mass[i] > 0.0 else 0.0
-            v[i] += 0.5 * h * a[i]
-        # the viscous force of this instant acts over half a step before and after it, on the mean v′
+        # the viscous force of this instant acts over half a step before and after it: on the mean, v½ + h a/2
         for k in range(count):
             i, j = cords.ends[damped[k], 0], cords.ends[damped[k], 1]
             rate = 0.0
             for c in range(3):
-                rate += (x[j + c] - x[i + c]) * (v[j + c] - v[i + c])
+                w = v[j + c] - v[i + c] + 0.5 * h * (share[j + c] * f[j + c] - share[i + c] * f[i + c])
+                rate += (x[j + c] - x[i + c]) * w
             dissipated += h * damping[k] * rate
         if dragged:
             for i in range(size):
-                dissipated -= h * viscous[i] * v[i]
+                dissipated -= h * viscous[i] * (v[i] + 0.5 * h * share[i] * f[i])
+            for i in range(len(drags.alpha)):
+                impulse[i % 3] -= h * drags.alpha[i] * v[i]
         for c in range(len(held.entry)):
-            i, k = held.entry[c], held.motion[c]
-            v[i], a[i] = motions[step, 1, k], motions[step, 2, k]
-            R = mass[i] * a[i] - f[i]
+            i = held.entry[c]
+            R = mass[i] * motions[step, 2, held.motion[c]] - f[i]
             work += 0.5 * (R_old[c] + R) * (x[i] - x_old[i])
-            impulse = 0.5 * h * (R_old[c] + R)
-            if i % 3 == 0:
-                px += impulse
-            elif i % 3 == 1:
-                py += impulse
-            else:
-                pz += impulse
+            impulse[i % 3] += 0.5 * h * (R_old[c] + R)
             R_old[c] = R
-        if strain > strain_limit:
-            return Tally(step, dissipated, work, px, py, pz, peak, peak_step, strain)
-    return Tally(steps, dissipated, work, px, py, pz, peak, peak_step, strain)
+    for i in range(size):
+        a[i] = share[i] * f[i]
+        v[i] += 0.5 * h * a[i]
+    for c in range(len(held.entry)):
+        i, k = held.entry[c], held.motion[c]
+        v[i], a[i] = motions[step, 1, k], motions[step, 2, k]
+    return Tally(step, dissipated, work, impulse[0], impulse[1], impulse[2], peak, peak_step, strain)
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath=FAST)
 def _push(pushes: Pushes, signal: FloatArray, p: FloatArray) -> None:
     p[:] = 0.0
     for q in range(len(pushes.node)):
@@ -184,7 +185,7 @@ def _push(pushes: Pushes, signal: FloatArray, p: FloatArray) -> None:
             p[pushes.node[q] + c] += pushes.weight[q] * signal[pushes.signal[q], c]
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath=FAST)
 def _forces(
     x: FloatArray,
     v: FloatArray,
@@ -195,11 +196,10 @@ def _forces(
     damped: IntArray,
     damping: FloatArray,
 ) -> tuple[int, float, float]:
-    """Forces of cables and Rayleigh damping into f, the latter alone into viscous; largest tension and strain.
+    """Forces of cables and Rayleigh damping added to f, the latter alone into viscous; largest tension and strain.
 
     The first number counts the cables whose dashpot acts: they stand in damped, their share of q in damping.
     """
-    f[:] = 0.0
     count = 0
     peak2 = 0.0
     strain = -np.inf
@@ -240,7 +240,7 @@ def _forces(
     return count, np.sqrt(peak2), strain
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath=FAST)
 def _drag(v: FloatArray, drags: Drags, viscous: FloatArray) -> None:
     """Forces of Rayleigh damping, Eq. (9)."""
     viscous[:] = 0.0
