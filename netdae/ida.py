@@ -99,7 +99,7 @@ class IdaSolver:
         self._phase, self._t = phase, t
         self._attempt_t = -math.inf
         self.counts["starts"] += 1
-        with _quiet():
+        with quiet():
             self._ida.init_step(t, y.ravel(), yp.ravel())
 
     def go_on(self, part: System) -> None:
@@ -125,7 +125,7 @@ class IdaSolver:
 
     def _advance(self, t: float, method: str, stop: float | None) -> Step:
         try:
-            with _quiet():
+            with quiet():
                 result = self._ida.step(t, method=method, tstop=stop)
         except KeyError as error:  # scikit-sundae has no words for some of SUNDIALS' codes
             raise RunError(self._failure(f"SUNDIALS gave up with code {error}")) from error
@@ -249,7 +249,7 @@ class _Filter(io.TextIOBase):
         self._stream.flush()
 
 
-def _quiet() -> contextlib.AbstractContextManager[object]:
+def quiet() -> contextlib.AbstractContextManager[object]:
     """Text of SUNDIALS goes to the log; one thread at a time, since standard output is everybody's."""
     stack = contextlib.ExitStack()
     stack.enter_context(_ONE_AT_A_TIME)

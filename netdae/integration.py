@@ -8,6 +8,7 @@ on the output times: those are read from IDA's polynomial.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from importlib import import_module
 from time import perf_counter
 from typing import Any
 
@@ -147,14 +148,18 @@ def _read_only(state: State) -> State:
     return state
 
 
+_STEPPERS = {
+    "ida": ("netdae.ida", "IdaSolver"),
+    "explicit": ("netdae.explicit", "ExplicitSolver"),
+    "cvode_bdf": ("netdae.cvode", "CvodeSolver"),
+    "cvode_adams": ("netdae.cvode", "CvodeSolver"),
+}
+
+
 def _stepper_of(system: System, drive: Drive, options: SolverOptions) -> Stepper:
-    if options.method == "explicit":
-        from netdae.explicit import ExplicitSolver
-
-        return ExplicitSolver(system, drive, options)
-    from netdae.ida import IdaSolver  # SUNDIALS is slow to load, and the explicit method does without
-
-    return IdaSolver(system, drive, options)
+    """The integrator of a method; SUNDIALS is slow to load, so each comes when it is asked for."""
+    module, name = _STEPPERS.get(options.method, ("netdae.ivp", "IvpSolver"))
+    return getattr(import_module(module), name)(system, drive, options)
 
 
 def integrate(

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 from netdae.errors import InputError
 
 Accuracy = Literal["fast", "standard", "accurate"]
-Method = Literal["ida", "explicit"]
-METHODS: tuple[Method, ...] = ("ida", "explicit")
+Method = Literal["ida", "explicit", "cvode_bdf", "cvode_adams", "rk45", "dop853", "radau", "bdf", "lsoda"]
+METHODS: tuple[Method, ...] = get_args(Method)
 
 PRESETS: dict[Accuracy, tuple[float, float, float]] = {
     "fast": (1e-3, 1e-4, 1e-2),
@@ -31,7 +31,8 @@ HIGHEST_ORDER = 5  # of IDA's BDF formulas
 class SolverOptions:
     """The method of a flight, its tolerances and limits.
 
-    method : "ida", or "explicit" for the velocity Verlet, whose step length `accuracy` and `max_step` set
+    method : "ida", or "explicit" for the velocity Verlet, whose step length `accuracy` and `max_step` set; to
+        compare with, CVODE (cvode_bdf, cvode_adams) and SciPy (rk45, dop853, radau, bdf, lsoda) on the same forces
     accuracy : preset of the three tolerances below, each of which overrides it
     rtol : relative tolerance of positions and velocities
     atol_position : m; atol_velocity : m/s
@@ -69,19 +70,19 @@ class SolverOptions:
                     raise InputError(
                         f"{name} says nothing to the explicit method: leave it out, or give max_step"
                     )
+        elif self.method != "ida" and self.max_order is not None:
+            raise InputError(f"max_order says nothing to the method {self.method}: leave it out")
         if self.max_order is not None and not 1 <= self.max_order <= HIGHEST_ORDER:
             raise InputError(f"max_order is {self.max_order}: the BDF formulas of IDA have order 1 to 5")
 
     @property
     def in_force(self) -> dict[str, float]:
-        """The tolerances and the order that IDA works with, by name; none for the explicit method."""
+        """The tolerances and the order that the method works with, by name; none for the explicit one."""
         if self.method == "explicit":
             return {}
         names = ("rtol", "atol_position", "atol_velocity")
-        return {
-            **dict(zip(names, self.tolerances, strict=True)),
-            "max_order": self.max_order or HIGHEST_ORDER,
-        }
+        order = {"max_order": self.max_order or HIGHEST_ORDER} if self.method == "ida" else {}
+        return {**dict(zip(names, self.tolerances, strict=True)), **order}
 
     @property
     def tolerances(self) -> tuple[float, float, float]:

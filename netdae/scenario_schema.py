@@ -11,13 +11,32 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Strict, Tag, model_validator
 from pydantic_core import PydanticCustomError
 
-from netdae.options import COARSEST_RTOL, FINEST_RTOL
+from netdae.options import COARSEST_RTOL, FINEST_RTOL, Method
 
-Positive = Annotated[float, Field(gt=0)]
-NotNegative = Annotated[float, Field(ge=0)]
+# Ranges hold whatever a net can be, and far more; outside of them it is a slip of the finger or of the unit, and
+# squares and cubes of the numbers leave what double precision holds.
+Length = Annotated[float, Field(ge=1e-6, le=1e6)]  # m
+Thickness = Annotated[float, Field(ge=1e-9, le=1e3)]  # m
+Area = Annotated[float, Field(ge=1e-18, le=1e6)]  # m²
+Modulus = Annotated[float, Field(ge=1e-3, le=1e15)]  # Pa; diamond has 1e12
+Density = Annotated[float, Field(ge=1e-9, le=1e6)]  # kg/m³; osmium has 2e4
+LinearDensity = Annotated[float, Field(ge=1e-15, le=1e6)]  # kg/m
+BreakingForce = Annotated[float, Field(ge=1e-9, le=1e15)]  # N
+NodeMass = Annotated[float, Field(ge=0, le=1e9)]  # kg
+Speed = Annotated[float, Field(ge=0, le=1e6)]  # m/s; light has 3e8, debris 1e4
+DampingTime = Annotated[float, Field(ge=0, le=1e6)]  # s, a share of critical, or 1/s
+Time = Annotated[float, Field(ge=-1e9, le=1e9)]  # s; 1e9 are thirty years
+Tolerance = Annotated[
+    float, Field(ge=1e-15, le=1e3)
+]  # m or m/s; positions of metres have no digits below 1e-16
+Step = Annotated[float, Field(ge=1e-12, le=1e9)]  # s
+Component = Annotated[float, Field(ge=-1e6, le=1e6)]  # m/s, m/s², degrees, or a factor
+ForceComponent = Annotated[float, Field(ge=-1e12, le=1e12)]  # N
 Count = Annotated[int, Field(ge=1)]
 Text = Annotated[str, Field(min_length=1)]
-Vector = Annotated[tuple[float, float, float], Strict(False)]  # TOML has lists only; the numbers stay strict
+# TOML has lists only; the numbers stay strict
+Vector = Annotated[tuple[Component, Component, Component], Strict(False)]
+ForceVector = Annotated[tuple[ForceComponent, ForceComponent, ForceComponent], Strict(False)]
 
 NONE = "none"
 """What the keys of [metrics] say where a net has no such group."""
@@ -65,6 +84,10 @@ def _kind_of_table(value: Any) -> str:
 Vector3OrTable = Annotated[
     Annotated[Vector, Tag("<value>")] | Annotated[TableFile, Tag("<table>")], Discriminator(_kind_of_table)
 ]
+ForceOrTable = Annotated[
+    Annotated[ForceVector, Tag("<value>")] | Annotated[TableFile, Tag("<table>")],
+    Discriminator(_kind_of_table),
+]
 FixedOrTable = Annotated[
     Annotated[Literal["fixed"], Tag("<value>")] | Annotated[MotionFile, Tag("<table>")],
     Discriminator(_kind_of_table),
@@ -87,7 +110,7 @@ class Square(Section):
     """A square net with square meshes."""
 
     kind: Literal["square"] = Field(description="Pattern of the net.")
-    side: Positive = Field(description="Side, m.")
+    side: Length = Field(description="Side, m.")
     cells: Count = Field(description="Meshes along a side.")
     subdivide: Count = Field(1, description="Pieces that each cable is cut into.")
 
@@ -96,8 +119,8 @@ class Rectangle(Section):
     """A rectangular net with rectangular meshes."""
 
     kind: Literal["rectangle"] = Field(description="Pattern of the net.")
-    width: Positive = Field(description="Length along x, m.")
-    height: Positive = Field(description="Length along y, m.")
+    width: Length = Field(description="Length along x, m.")
+    height: Length = Field(description="Length along y, m.")
     columns: Count = Field(description="Meshes along x.")
     rows: Count = Field(description="Meshes along y.")
     subdivide: Count = Field(1, description="Pieces that each cable is cut into.")
@@ -107,7 +130,7 @@ class Hexagon(Section):
     """A hexagonal net with triangular meshes."""
 
     kind: Literal["hexagon"] = Field(description="Pattern of the net.")
-    radius: Positive = Field(description="Distance from the centre to the corners, m.")
+    radius: Length = Field(description="Distance from the centre to the corners, m.")
     rings: Count = Field(description="Rings of triangles about the centre.")
     subdivide: Count = Field(1, description="Pieces that each cable is cut into.")
 
@@ -116,7 +139,7 @@ class Radial(Section):
     """A spider-web net."""
 
     kind: Literal["radial"] = Field(description="Pattern of the net.")
-    radius: Positive = Field(description="Distance from the centre to the border, m.")
+    radius: Length = Field(description="Distance from the centre to the border, m.")
     rings: Count = Field(description="Closed rings, the border among them.")
     spokes: int = Field(ge=3, description="Cables from the centre to the border.")
     subdivide: Count = Field(1, description="Pieces that each cable is cut into.")
@@ -126,7 +149,7 @@ class Diamond(Section):
     """A square net whose meshes stand on their corners."""
 
     kind: Literal["diamond"] = Field(description="Pattern of the net.")
-    side: Positive = Field(description="Side, m.")
+    side: Length = Field(description="Side, m.")
     cells: Count = Field(description="Diagonals of meshes along a side.")
     subdivide: Count = Field(1, description="Pieces that each cable is cut into.")
 
@@ -151,32 +174,34 @@ class Cord(Section):
     """What the cables of a group are made of; a later [[material]] overrides, mesh cell data override both."""
 
     cables: Text = Field("all", description="Cable group.")
-    youngs_modulus: Positive = Field(description="Young's modulus, Pa.")
-    density: Positive | None = Field(None, description="Density, kg/m³; or give linear_density.")
-    linear_density: Positive | None = Field(None, description="Mass per length, kg/m.")
-    diameter: Positive | None = Field(None, description="Diameter, m; or give area.")
-    area: Positive | None = Field(None, description="Cross-section, m².")
-    toe_strain: NotNegative = Field(0.0, description="Strain up to which the stress rises quadratically.")
+    youngs_modulus: Modulus = Field(description="Young's modulus, Pa.")
+    density: Density | None = Field(None, description="Density, kg/m³; or give linear_density.")
+    linear_density: LinearDensity | None = Field(None, description="Mass per length, kg/m.")
+    diameter: Thickness | None = Field(None, description="Diameter, m; or give area.")
+    area: Area | None = Field(None, description="Cross-section, m².")
+    toe_strain: Annotated[float, Field(ge=0, le=10)] = Field(
+        0.0, description="Strain up to which the stress rises quadratically."
+    )
     law: Literal["st_venant_kirchhoff", "engineering"] = Field(
         "st_venant_kirchhoff", description="Stress over Green-Lagrange strain, or force over elongation."
     )
-    strength: Positive | None = Field(None, description="Breaking force, N.")
+    strength: BreakingForce | None = Field(None, description="Breaking force, N.")
 
 
 class DashpotDamping(Section):
     """A damper along each taut cable."""
 
     kind: Literal["dashpot"] = Field(description="Kind of damping.")
-    viscosity_time: NotNegative | None = Field(None, description="Viscosity over Young's modulus, s.")
-    zeta: NotNegative | None = Field(None, description="Share of critical of a cable's own axial mode.")
+    viscosity_time: DampingTime | None = Field(None, description="Viscosity over Young's modulus, s.")
+    zeta: DampingTime | None = Field(None, description="Share of critical of a cable's own axial mode.")
 
 
 class RayleighDamping(Section):
     """D = α M + β T(x̄); it also damps rigid rotations of the net."""
 
     kind: Literal["rayleigh"] = Field(description="Kind of damping.")
-    alpha: NotNegative = Field(0.0, description="Factor of the mass matrix, 1/s.")
-    beta: NotNegative = Field(0.0, description="Factor of the tangent stiffness of the reference, s.")
+    alpha: DampingTime = Field(0.0, description="Factor of the mass matrix, 1/s.")
+    beta: DampingTime = Field(0.0, description="Factor of the tangent stiffness of the reference, s.")
 
 
 class WithoutDamping(Section):
@@ -197,7 +222,7 @@ class Mass(Section):
     """Bullets, or other masses at nodes; those of several entries add up."""
 
     group: Text = Field(description="Node group.")
-    mass: NotNegative = Field(description="Mass at each node of the group, kg.")
+    mass: NodeMass = Field(description="Mass at each node of the group, kg.")
 
 
 class Hold(Section):
@@ -214,7 +239,7 @@ class Ejection(Section):
     """Nodes that are shot outward from an axis."""
 
     group: Text = Field(description="Node group.")
-    speed: NotNegative = Field(description="Speed, m/s, beside the velocity of the whole net.")
+    speed: Speed = Field(description="Speed, m/s, beside the velocity of the whole net.")
     half_angle_deg: float = Field(
         ge=0, le=180, description="Angle from the axis, outward from the middle of the group, degrees."
     )
@@ -238,11 +263,11 @@ class NodalForce(Section):
 
     kind: Literal["nodal"] = Field(description="Kind of load.")
     group: Text = Field(description="Node group.")
-    force: Vector3OrTable = Field(description="Force on each node, N, or a table of it.")
-    begin: float | None = Field(
+    force: ForceOrTable = Field(description="Force on each node, N, or a table of it.")
+    begin: Time | None = Field(
         None, description="Time at which a constant force sets in, s; the start by default."
     )
-    end: float | None = Field(None, description="Time at which a constant force ends, s; never by default.")
+    end: Time | None = Field(None, description="Time at which a constant force ends, s; never by default.")
 
 
 class UniformGravity(Section):
@@ -250,10 +275,10 @@ class UniformGravity(Section):
 
     kind: Literal["gravity"] = Field(description="Kind of load.")
     g: Vector3OrTable = Field(description="Acceleration, m/s², or a table of it.")
-    begin: float | None = Field(
+    begin: Time | None = Field(
         None, description="Time at which a constant g sets in, s; the start by default."
     )
-    end: float | None = Field(None, description="Time at which a constant g ends, s; never by default.")
+    end: Time | None = Field(None, description="Time at which a constant g ends, s; never by default.")
 
 
 Load = Annotated[
@@ -264,23 +289,24 @@ Load = Annotated[
 class Solver(Section):
     """The time integration."""
 
-    method: Literal["ida", "explicit"] = Field(
-        "ida", description="SUNDIALS IDA, or the explicit velocity Verlet, which has no tolerances."
+    method: Method = Field(
+        "ida",
+        description="SUNDIALS IDA, or explicit, the velocity Verlet without tolerances; the others to compare with.",
     )
-    begin: float = Field(0.0, description="Time of the start, s.")
-    end: float = Field(description="Time of the end, s.")
+    begin: Time = Field(0.0, description="Time of the start, s.")
+    end: Time = Field(description="Time of the end, s.")
     accuracy: Literal["fast", "standard", "accurate"] = Field(
         "standard", description="Preset of rtol, atol_position and atol_velocity, each of which overrides it."
     )
     rtol: Annotated[float, Field(ge=FINEST_RTOL, le=COARSEST_RTOL)] | None = Field(
         None, description="Relative tolerance."
     )
-    atol_position: Positive | None = Field(None, description="Absolute tolerance of positions, m.")
-    atol_velocity: Positive | None = Field(None, description="Absolute tolerance of velocities, m/s.")
+    atol_position: Tolerance | None = Field(None, description="Absolute tolerance of positions, m.")
+    atol_velocity: Tolerance | None = Field(None, description="Absolute tolerance of velocities, m/s.")
     max_order: Annotated[int, Field(ge=1, le=5)] | None = Field(
         None, description="Highest order of the BDF formulas, 5 by default."
     )
-    max_step: Positive | None = Field(None, description="Largest time step, s.")
+    max_step: Step | None = Field(None, description="Largest time step, s.")
 
 
 class Output(Section):

@@ -23,7 +23,7 @@ LAYERS = (
     ),
     ("initial", "system"),
     (
-        *("balance", "explicit", "flight", "ida", "integration", "ledger", "linear_solver", "modes"),
+        *("balance", "cvode", "explicit", "flight", "ida", "integration", "ivp", "ledger", "linear_solver", "modes"),
         *("options", "statics", "stable_step", "stepper", "verlet"),
     ),
     ("ensemble", "figures", "metrics", "mouth", "observers"),
@@ -78,7 +78,7 @@ def test_imports_make_no_circle():
     [
         ("meshio", {"mesh_io"}),
         ("pyvista", {"vtk", "vtk_lines"}),
-        ("sksundae", {"ida"}),
+        ("sksundae", {"cvode", "ida"}),
         ("cyclopts", {"cli"}),
     ],
 )

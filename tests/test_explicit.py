@@ -258,7 +258,7 @@ def test_forces_it_does_not_know_and_tolerances_are_refused():
         simulate(system, State.at(system.net.nodes), [0.0, 0.1], options=EXPLICIT)
     with pytest.raises(InputError, match="rtol says nothing to the explicit method"):
         SolverOptions(method="explicit", rtol=1e-5)
-    with pytest.raises(InputError, match="choose one of ida, explicit"):
+    with pytest.raises(InputError, match="choose one of ida, explicit, cvode_bdf"):
         SolverOptions(method="euler")
     assert any(isinstance(force, Cables) for force in system.forces)
 
