@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 from netdae.cli import main
+from netdae.options import PRESETS
 from netdae.scenario_schema import ScenarioData
 
 PROJECT = Path(__file__).resolve().parent.parent
@@ -124,14 +125,25 @@ def test_modules_that_the_readme_names_exist() -> None:
 def test_accuracy_script_prints_a_line_for_each_preset() -> None:
     done = run_script("accuracy.py", "--cells", 3, "--end", 0.02, "--sharp", 2, "--runs", 1, "--rtol", 1e-6)
     assert done.returncode == 0, done.stderr
-    rows = {
-        line.split()[0]: [float(word) for word in line.split()[1:]] for line in done.stdout.splitlines()[2:]
-    }
-    assert list(rows) == ["sharp", "fast", "standard", "accurate"]
+    lines = done.stdout.splitlines()[2:]
+    rows = {line[:19].strip(): [float(word) for word in line[19:].split()] for line in lines}
+    presets = [f"{method}, {accuracy}" for method in ("ida", "explicit") for accuracy in PRESETS]
+    assert list(rows) == ["sharp", *presets]
     # the first hundredths of a second are not chaotic: even the loosest preset keeps bullets within 1 mm
     assert all(values[0] < 1.0 for values in rows.values())
     # sharper presets take more steps
-    assert rows["fast"][4] < rows["standard"][4] < rows["accurate"][4] < rows["sharp"][4]
+    for method in ("ida", "explicit"):
+        steps = [rows[f"{method}, {accuracy}"][4] for accuracy in PRESETS]
+        assert steps == sorted(steps)
+        assert steps[0] < steps[-1]
+
+
+def test_the_readme_tells_what_each_preset_keeps_and_has_no_holes() -> None:
+    for method in ("ida", "explicit"):
+        for accuracy in PRESETS:
+            row = rf"^\| {method} \| {accuracy} \|( [\d.−]+ \|){{6}}$"
+            assert re.search(row, README, flags=re.MULTILINE), f"{method}, {accuracy}"
+    assert not re.search(r"^[A-Z_]{4,}$", README, flags=re.MULTILINE)
 
 
 def test_picture_script_shows_the_net(tmp_path: Path) -> None:
