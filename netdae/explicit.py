@@ -57,6 +57,7 @@ class ExplicitSolver:
         self._compile(system)
         self._held = _held_of(drive)
         self._fixed = all(isinstance(restraint.motion, Fixed) for restraint in drive.restraints)
+        self._no_motions = np.zeros((CHUNK + 1, 3, 3 * len(drive.restraints)))
         self._share = np.divide(1.0, self._mass, out=np.zeros_like(self._mass), where=self._mass > 0)
         self._share[self._held.entry] = 0.0
         self._x, self._v, self._a = np.zeros((3, len(self._mass)))
@@ -93,7 +94,8 @@ class ExplicitSolver:
                     f"the explicit method does not know the force {type(force).__name__}: fly it with method = 'ida'"
                 )
         cables, L = self._cables, self._cables.L
-        plain = not (cables.engineering.any() or (cables.eps > 0).any())
+        self._has_toe = bool((cables.eps > 0).any())
+        plain = not (self._has_toe or cables.engineering.any())
         self._cords = Cords(
             3 * cables.nodes,
             L**2,
@@ -113,6 +115,8 @@ class ExplicitSolver:
             np.concatenate(signal or empty),
         )
         self._constant = all(isinstance(each, Constant) for each in self._signals)
+        values = [each(0.0) for each in self._signals] if self._constant else []
+        self._constant_signals = np.array(values).reshape(1, len(values), 3)
 
     def enter(self, phase: System, t: float, y: FloatArray, yp: FloatArray) -> None:
         """Start afresh at t in a phase."""
@@ -179,27 +183,22 @@ class ExplicitSolver:
         """Share, (x, v) and (v, a) after `count` steps of the last chunk."""
         x, v, a = self._chunk.x.copy(), self._chunk.v.copy(), self._chunk.a.copy()
         tally = self._fly(x, v, a, count)
-        place = (-1, 3)
-        return (
-            _share_of(tally),
-            np.stack((x.reshape(place), v.reshape(place))),
-            np.stack((v.reshape(place), a.reshape(place))),
-        )
+        return _share_of(tally), *_y_and_yp(x, v, a)
 
     def _fly(self, x: FloatArray, v: FloatArray, a: FloatArray, count: int) -> Tally:
         """The first `count` steps of the running chunk."""
         restraints = self._drive.restraints
-        signals = np.zeros((1 if self._constant else count + 1, len(self._signals), 3))
-        motions = np.zeros((count + 1, 3, 3 * len(restraints)))
-        if self._constant:
-            for s, signal in enumerate(self._signals):
-                signals[0, s] = signal(self._chunk.t)
+        signals, motions = self._constant_signals, self._no_motions
+        if not self._constant:
+            signals = np.empty((count + 1, len(self._signals), 3))
+        if not self._fixed:
+            motions = np.empty((count + 1, 3, 3 * len(restraints)))
         if not (self._constant and self._fixed):
             for k in range(count + 1):
                 t = self._phase.inside(self._chunk.t + k * self._chunk.h)
                 if not self._constant:
                     signals[k] = [signal(t) for signal in self._signals]
-                for r, restraint in enumerate(restraints):
+                for r, restraint in enumerate(() if self._fixed else restraints):
                     motions[k, :, 3 * r : 3 * r + 3] = restraint.motion.at(t)
         return fly(
             x,
@@ -219,9 +218,7 @@ class ExplicitSolver:
         )
 
     def _end_of(self, tally: Tally) -> Step:
-        place = (-1, 3)
-        x, v, a = self._x.reshape(place), self._v.reshape(place), self._a.reshape(place)
-        return Step(self._t, np.stack((x, v)), np.stack((v, a)), _share_of(tally))
+        return Step(self._t, *_y_and_yp(self._x, self._v, self._a), _share_of(tally))
 
     # The step length
 
@@ -236,7 +233,7 @@ class ExplicitSolver:
 
     def _wasteful(self, strain: float) -> bool:
         """Whether the limit lies far above what is needed."""
-        return self._strain_limit > 16.0 * max(strain, 0.0) and bool((self._cables.eps > 0).any())
+        return self._has_toe and self._strain_limit > 16.0 * max(strain, 0.0)
 
     def _step_length(self, strain: float) -> float:
         """The stable step while no strain passes `strain`, times the share that the accuracy takes."""
@@ -273,6 +270,14 @@ def _held_of(drive: Drive) -> Held:
         motion.append(np.broadcast_to(3 * r + axes, (len(nodes), axes.size)).ravel())
     entries = np.concatenate(entry)
     return Held(entries, drive.anchor.ravel()[entries], np.concatenate(motion))
+
+
+def _y_and_yp(x: FloatArray, v: FloatArray, a: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """(x, v) and (v, a), (2, n, 3), of the flat arrays: two views of one copy."""
+    whole = np.empty((3, len(x) // 3, 3))
+    flat = whole.reshape(3, -1)
+    flat[0], flat[1], flat[2] = x, v, a
+    return whole[:2], whole[1:]
 
 
 def _share_of(tally: Tally) -> Share:
