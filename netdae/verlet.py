@@ -23,7 +23,6 @@ from numba import njit
 from netdae._arrays import BoolArray, FloatArray, IntArray
 from netdae.forces.cables import law_of
 
-
 FAST = {"reassoc", "contract", "arcp", "nsz"}  # but not-a-number and infinity keep their meaning
 
 

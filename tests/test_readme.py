@@ -105,9 +105,10 @@ def test_the_verbs_of_the_table_are_there(tmp_path: Path, capsys: pytest.Capture
         shlex.split(line.replace("[", "").replace("]", ""))
         for line in re.findall(r"^\| `netdae (.*?)`", README, flags=re.M)
     ]
-    assert [line[0] for line in listed] == ["run", "check", "mesh", "info", "schema"]
+    assert [line[0] for line in listed] == ["run", "run", "check", "mesh", "info", "schema"]
+    assert listed[1][2] == "--ensemble"
     net = tmp_path / "net.vtu"
-    mesh = [word if word != "net.vtu" else str(net) for word in listed[2]]
+    mesh = [word if word != "net.vtu" else str(net) for word in listed[3]]
     assert main(mesh) == 0
     assert main(["info", str(net)]) == 0
     assert "441" in capsys.readouterr().out
@@ -172,5 +173,8 @@ def test_venv_script_says_how_it_is_called() -> None:
 
 def test_every_script_is_run_by_a_test() -> None:
     named = "".join(path.read_text(encoding="utf-8") for path in (PROJECT / "tests").glob("test_*.py"))
+    run = [script for script in SCRIPTS.glob("*.py") if script.name in named]
+    imported = "".join(script.read_text(encoding="utf-8") for script in SCRIPTS.glob("benchmark*.py"))
     for script in SCRIPTS.glob("*.py"):  # the scenarios are flown by test_cli, all that are there
-        assert script.name in named, f"no test runs {script.name}"
+        part_of_benchmark = re.search(rf"^(from|import) {script.stem} ?", imported, flags=re.MULTILINE)
+        assert script in run or part_of_benchmark, f"no test runs {script.name}"
