@@ -176,5 +176,5 @@ def test_every_script_is_run_by_a_test() -> None:
     run = [script for script in SCRIPTS.glob("*.py") if script.name in named]
     imported = "".join(script.read_text(encoding="utf-8") for script in SCRIPTS.glob("benchmark*.py"))
     for script in SCRIPTS.glob("*.py"):  # the scenarios are flown by test_cli, all that are there
-        part_of_benchmark = re.search(rf"^(from|import) {script.stem} ?", imported, flags=re.MULTILINE)
+        part_of_benchmark = re.search(rf"^\s*(from|import) {script.stem}\b", imported, flags=re.MULTILINE)
         assert script in run or part_of_benchmark, f"no test runs {script.name}"
