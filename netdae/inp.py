@@ -13,6 +13,7 @@ import numpy as np
 
 from netdae._arrays import IntArray
 from netdae.errors import MeshError
+from netdae.mesh_findings import FileNumbers
 
 Keywords = Sequence[tuple[str, Mapping[str, str]]]
 
@@ -37,6 +38,24 @@ def element_sets_of(keywords: Keywords, sizes: Sequence[int], sets: Mapping[str,
         if name not in result:
             result[name] = _set_of_blocks(name, blocks, starts)
     return result
+
+
+def numbers_of(text: str) -> FileNumbers:
+    """Numbers of the nodes and elements; raises ValueError where they are none."""
+    nodes: list[int] = []
+    elements: list[tuple[int, list[int]]] = []
+    section, pending = "", []
+    for line in text.splitlines():
+        if line.startswith("*"):
+            section = section if line.startswith("**") else _keyword_of(line)[0]
+        elif section == "NODE" and line.strip():
+            nodes.append(int(line.split(",")[0]))
+        elif section == "ELEMENT" and line.strip():
+            pending += [int(field) for field in line.split(",") if field.strip()]
+            if not line.rstrip().endswith(","):  # else the element goes on in the next line
+                elements.append((pending[0], pending[1:]))
+                pending = []
+    return FileNumbers(nodes, elements)
 
 
 def _keyword_of(line: str) -> tuple[str, dict[str, str]]:

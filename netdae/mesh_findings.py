@@ -2,12 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from netdae._arrays import BoolArray, FloatArray, IntArray
+from netdae.errors import MeshError
 from netdae.net import CableNet
+
+
+class FileNumbers(NamedTuple):
+    """Numbers by which a mesh file calls its nodes and elements, in file order.
+
+    nodes : number of each node
+    elements : number of each element, and the numbers of its nodes
+    """
+
+    nodes: Sequence[int]
+    elements: Sequence[tuple[int, Sequence[int]]]
+
+    def check(self) -> None:
+        """Raise MeshError for an element with a node that the file does not have."""
+        known = {*self.nodes}
+        for number, nodes in self.elements:
+            lost = next((node for node in nodes if node not in known), None)
+            if lost is not None:
+                raise MeshError(
+                    f"element {number} of the file joins node {lost}, but the file has no node of this number: "
+                    "mend the element or add the node"
+                )
 
 
 def many(count: int, noun: str) -> str:
@@ -16,7 +40,12 @@ def many(count: int, noun: str) -> str:
 
 
 def report_doubles(
-    ends: IntArray, kept: IntArray, same: IntArray, groups: Mapping[str, BoolArray], findings: list[str]
+    ends: IntArray,
+    kept: IntArray,
+    same: IntArray,
+    groups: Mapping[str, BoolArray],
+    findings: list[str],
+    node_name: Callable[[int], str],
 ) -> None:
     """Report lines given twice, but not those that a format repeats once per group."""
     if len(kept) == len(ends):
@@ -31,7 +60,7 @@ def report_doubles(
     if len(doubles):
         i, j = ends[doubles[0]]
         findings.append(
-            f"{many(len(doubles), 'cable')} given twice, kept once (first: nodes {i} and {j} of the file)"
+            f"{many(len(doubles), 'cable')} given twice, kept once (first: between {node_name(i)} and {node_name(j)})"
         )
 
 
@@ -45,8 +74,8 @@ def report_unused(used: BoolArray, node_groups: Mapping[str, BoolArray], finding
         findings.append(f"{text}; of the groups {lost}" if lost else text)
 
 
-def report_coincident(nodes: FloatArray, findings: list[str]) -> None:
-    """Report nodes at the place of another."""
+def report_coincident(nodes: FloatArray, findings: list[str], node_name: Callable[[int], str]) -> None:
+    """Report nodes at the place of another; `node_name` says what the file calls the k-th of them."""
     low = nodes.min(axis=0)
     # far below the spacing of any net, far above the digits that files keep
     near = max(1e-9 * float(np.linalg.norm(nodes.max(axis=0) - low)), np.finfo(np.float64).tiny)
@@ -58,8 +87,8 @@ def report_coincident(nodes: FloatArray, findings: list[str]) -> None:
         origin = first[place.reshape(-1)]
         node = int(np.flatnonzero(origin != np.arange(len(nodes)))[0])
         findings.append(
-            f"{many(extra, 'node')} at the place of another (first: nodes {origin[node]} and {node} of the net), "
-            "not joined: merge them in the mesh where they are one knot"
+            f"{many(extra, 'node')} at the place of another (first: {node_name(int(origin[node]))} and "
+            f"{node_name(node)}), not joined: merge them in the mesh where they are one knot"
         )
 
 

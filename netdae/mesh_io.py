@@ -8,12 +8,14 @@ of nodes where they hold points, of cables where they hold lines. Cell data `dia
 from __future__ import annotations
 
 import contextlib
+import functools
 import io
 import logging
 import os
 import re
 import tempfile
 import warnings
+import xml.etree.ElementTree as ET
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,9 +25,12 @@ import meshio
 import numpy as np
 
 from netdae._arrays import FloatArray, IntArray
+from netdae._files import reason_of
 from netdae.errors import InputError, MeshError
 from netdae.inp import element_sets_of, keywords_of
-from netdae.mesh_findings import difference_of
+from netdae.inp import numbers_of as numbers_of_inp
+from netdae.mesh_findings import FileNumbers, difference_of
+from netdae.msh import numbers_of as numbers_of_msh
 from netdae.msh import physical_groups_of, write_msh
 from netdae.net import CableNet
 from netdae.raw_mesh import RawMesh, chain_of, net_of
@@ -38,6 +43,11 @@ SUFFIXES = (".vtu", ".vtk", ".msh", ".xdmf", ".inp")
 
 # what meshio says of .vtu files that it reads in part or not at all, though they are whole
 _LEFT_TO_VTK = re.compile("meshio cannot handle|Unknown VTU file version")
+
+
+# no number in an .inp tells how long it is; lines with two stars are comments
+_INP_END = "** end of the net"
+_INP_HEAD = f"** whole if the last line is: {_INP_END}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +92,7 @@ def describe(path: str | os.PathLike[str], *, surface_edges: bool = False) -> De
 def write_net(net: CableNet, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     """Write a net with its groups and data; the format goes by the ending.
 
-    The file gets its name only when reading it back has given the same net.
+    Its folder is made. The file gets its name only when reading it back has given the same net.
     Raises MeshError for a file that exists, unless `overwrite`, and for a net that the format cannot hold.
     """
     file = Path(path)
@@ -90,13 +100,15 @@ def write_net(net: CableNet, path: str | os.PathLike[str], *, overwrite: bool = 
     if file.is_dir():
         raise MeshError(f"{path}: this is a folder: give the name of a file")
     if file.exists() and not overwrite:
-        raise MeshError(f"{path}: the file exists: choose another name or ask for it to be overwritten")
+        raise MeshError(
+            f"{path}: the file exists: choose another name, or replace it by overwrite (--overwrite)"
+        )
     numbers = dict(net.cable_data)
-    span = np.linalg.norm(net.nodes[net.cables[:, 1]] - net.nodes[net.cables[:, 0]], axis=1)
-    if not np.array_equal(span, net.rest_length):
+    if not np.array_equal(np.linalg.norm(net.spans, axis=1), net.rest_length):
         numbers["rest_length"] = net.rest_length
     temporary = file.with_name(f".{file.stem}.{os.getpid()}.part{suffix}")
     try:
+        file.parent.mkdir(parents=True, exist_ok=True)
         with _quiet():
             _WRITERS[suffix](temporary, net, numbers)
         difference = difference_of(net, describe(temporary).net)
@@ -104,12 +116,15 @@ def write_net(net: CableNet, path: str | os.PathLike[str], *, overwrite: bool = 
             raise MeshError(f"reading it back gives {difference}: choose another ending or change the net")
         temporary.replace(file)
     except OSError as error:
-        raise MeshError(f"{path}: the file cannot be written: {error.strerror or error}") from error
+        raise MeshError(
+            f"{path}: the file cannot be written: {reason_of(error)}: choose another place"
+        ) from error
     except Exception as error:
         reason = _first_line(error).removeprefix(f"{temporary}: ")
         raise MeshError(f"{path}: a {suffix} file cannot hold this net: {reason}") from error
     finally:
-        temporary.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):  # it is not there, or nothing may be changed in this folder
+            temporary.unlink()
 
 
 def _suffix_of(file: Path) -> str:
@@ -152,16 +167,24 @@ def _raw_of(file: Path) -> RawMesh:
                 return _raw_of_vtu(file, said)
             raw = _READERS[suffix](file)
             if "not closed by" in said.getvalue():  # meshio of a section of .msh
-                raise MeshError("a section of the file does not end: the file is cut short, write it again")
+                raise MeshError("the file is cut off, a section of it does not end: save the mesh again")
             return raw
     except InputError:
         raise
     except (Exception, SystemExit) as error:  # meshio raises anything on a file that is not whole
-        reason = _first_line(error)
         if isinstance(error, PermissionError):
             raise MeshError("the file cannot be read: permission denied") from error
+        if isinstance(error, FileNotFoundError):
+            raise MeshError(
+                "a file that it names, with the data, is missing: put it beside this one"
+            ) from error
+        # what other libraries say of their own arrays helps nobody; a ReadError is of the file
+        reason = (
+            _first_line(error) if isinstance(error, meshio.ReadError | ET.ParseError) and str(error) else ""
+        )
         raise MeshError(
-            f"the file cannot be read as {suffix} ({reason}): check that it is whole, and save it again"
+            f"the file cannot be read as {suffix}, it is cut off, damaged or of another kind"
+            f"{reason and f' ({reason})'}: save the mesh again"
         ) from error
 
 
@@ -178,19 +201,22 @@ def _raw_of_vtu(file: Path, said: io.StringIO) -> RawMesh:
     if _LEFT_TO_VTK.search(" ".join(said.getvalue().split())):
         return read_polylines(file)
     if "corrupt" in said.getvalue():
-        raise MeshError(f"{' '.join(said.getvalue().split())} Write the mesh again")
+        raise MeshError("the file is damaged, its lines are not as long as it says: save the mesh again")
     return _raw_of_mesh(mesh)
 
 
 def _raw_of_msh(file: Path) -> RawMesh:
-    groups = physical_groups_of(file.read_bytes())
+    data = file.read_bytes()
+    groups = physical_groups_of(data)
+    numbers = _lazily(lambda: numbers_of_msh(data))
     with tempfile.TemporaryDirectory() as folder:  # meshio reads MSH from a true file only
         rest = Path(folder) / "rest.msh"
         rest.write_bytes(groups.rest)
-        mesh = meshio.gmsh.read(rest)
+        with _checking(numbers):
+            mesh = meshio.gmsh.read(rest)
     tags = mesh.cell_data.get("gmsh:physical" if groups.version == "2.2" else "gmsh:geometrical", [])
     blocks = [(block.dim, np.asarray(tag)) for block, tag in zip(mesh.cells, tags, strict=False)]
-    return _raw_of_mesh(mesh, cell_sets=groups.cell_sets(blocks))
+    return _raw_of_mesh(mesh, cell_sets=groups.cell_sets(blocks), numbers=numbers)
 
 
 def _raw_of_xdmf(file: Path) -> RawMesh:
@@ -198,10 +224,38 @@ def _raw_of_xdmf(file: Path) -> RawMesh:
 
 
 def _raw_of_inp(file: Path) -> RawMesh:
-    keywords = keywords_of(file.read_text(errors="replace"))
-    mesh = meshio.abaqus.read(file)
+    text = file.read_text(errors="replace")
+    if text.startswith(_INP_HEAD) and not text.rstrip().endswith(_INP_END):
+        raise MeshError(f"the file is cut off, its last line is not {_INP_END!r}: save the mesh again")
+    keywords = keywords_of(text)
+    numbers = _lazily(lambda: numbers_of_inp(text))
+    with _checking(numbers):
+        mesh = meshio.abaqus.read(file)
     sets = element_sets_of(keywords, [len(block) for block in mesh.cells], mesh.cell_sets)
-    return _raw_of_mesh(mesh, point_sets=mesh.point_sets, cell_sets=sets, middle_last=False)
+    return _raw_of_mesh(mesh, point_sets=mesh.point_sets, cell_sets=sets, middle_last=False, numbers=numbers)
+
+
+def _lazily(numbers: Callable[[], FileNumbers]) -> Callable[[], FileNumbers]:
+    """`numbers`, read for the first message that wants them; none where they cannot be read."""
+
+    @functools.cache
+    def found() -> FileNumbers:
+        try:
+            return numbers()
+        except (ValueError, IndexError, InputError):  # the reader of the mesh says what is wrong
+            return FileNumbers([], [])
+
+    return found
+
+
+@contextlib.contextmanager
+def _checking(numbers: Callable[[], FileNumbers]) -> Iterator[None]:
+    """Tell of an element whose node is not there where a reader stumbles over it."""
+    try:
+        yield
+    except Exception:
+        numbers().check()
+        raise
 
 
 _READERS: dict[str, Callable[[Path], RawMesh]] = {
@@ -218,6 +272,7 @@ def _raw_of_mesh(
     point_sets: Mapping[str, Any] | None = None,
     cell_sets: Mapping[str, IntArray] | None = None,
     middle_last: bool = True,
+    numbers: Callable[[], FileNumbers] | None = None,
 ) -> RawMesh:
     """Arrays of a meshio mesh; `middle_last`: quadratic lines end with their middle node, unlike Abaqus's."""
     points = np.asarray(mesh.points, dtype=np.float64)
@@ -267,6 +322,7 @@ def _raw_of_mesh(
         cell_sets=cell_sets or {},
         split=split,
         volumes=volumes,
+        numbers=numbers,
     )
 
 
@@ -319,6 +375,7 @@ def _write_inp(path: Path, net: CableNet, numbers: Mapping[str, FloatArray]) -> 
         cell_sets={name: [member] for name, member in net.cable_groups.items() if name != "all"},
     )
     meshio.abaqus.write(path, mesh)
+    path.write_text(f"{_INP_HEAD}\n{path.read_text()}{_INP_END}\n")
 
 
 _WRITERS: dict[str, Callable[[Path, CableNet, Mapping[str, FloatArray]], None]] = {

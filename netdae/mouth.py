@@ -51,7 +51,8 @@ def loop_of(cables: IntArray, members: IntArray, *, name: str = "mouth") -> IntA
     """
     members = np.unique(members)
     if len(members) < 3:
-        raise InputError(f"the mouth {name!r} holds {len(members)} nodes: a closed loop needs three or more")
+        count = "1 node" if len(members) == 1 else f"{len(members)} nodes"
+        raise InputError(f"the mouth {name!r} holds {count}: a closed loop needs three or more")
     inside = np.isin(cables, members).all(axis=1)
     neighbours: dict[int, set[int]] = {int(node): set() for node in members}
     for i, j in cables[inside].tolist():

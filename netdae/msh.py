@@ -17,6 +17,7 @@ import numpy as np
 
 from netdae._arrays import BoolArray, FloatArray, IntArray
 from netdae.errors import MeshError
+from netdae.mesh_findings import FileNumbers
 from netdae.net import CableNet
 
 VERSIONS = {"2": "2.2", "2.2": "2.2", "4.1": "4.1"}
@@ -80,6 +81,33 @@ def physical_groups_of(data: bytes) -> PhysicalGroups:
     return PhysicalGroups(VERSIONS[version], _names_of(names.decode("utf-8")), entities, rest)
 
 
+def numbers_of(data: bytes) -> FileNumbers:
+    """Numbers of the nodes and elements of an MSH file in text; none for a binary one, whose order tells them."""
+    head = re.search(rb"^\$MeshFormat\s+(\S+)\s+([01])", data, re.MULTILINE)
+    if head is None or head[2] == b"1":
+        return FileNumbers([], [])
+    tables = (_cut(data, section)[0].splitlines() for section in (b"Nodes", b"Elements"))
+    nodes, elements = ([[*map(float, line.split())] for line in table if line.strip()] for table in tables)
+    whole = [[*map(int, row)] for row in elements]
+    if head[1].startswith(b"2"):
+        return FileNumbers(
+            [int(row[0]) for row in nodes[1:]], [(row[0], row[3 + row[2] :]) for row in whole[1:]]
+        )
+    named: list[int] = []
+    listed: list[tuple[int, list[int]]] = []
+    place = 1
+    while place < len(nodes):  # a head, the numbers, the places
+        count = int(nodes[place][3])
+        named += [int(row[0]) for row in nodes[place + 1 : place + 1 + count]]
+        place += 1 + 2 * count
+    place = 1
+    while place < len(whole):
+        count = whole[place][3]
+        listed += [(row[0], row[1:]) for row in whole[place + 1 : place + 1 + count]]
+        place += 1 + count
+    return FileNumbers(named, listed)
+
+
 def write_msh(path: Path, net: CableNet, numbers: Mapping[str, FloatArray]) -> None:
     """Write a net as MSH 4.1 in text, with its groups, and `numbers` (m,) as element data.
 
@@ -137,7 +165,7 @@ def _cut(data: bytes, section: bytes) -> tuple[bytes, bytes]:
         return b"", data
     end = re.compile(rb"\r?\n?\$End" + section + rb"[ \t]*(\r?\n|$)").search(data, start.end())
     if end is None:
-        raise MeshError(f"${section.decode()} does not end: the file is cut short, write it again")
+        raise MeshError(f"the file is cut off, ${section.decode()} does not end: save the mesh again")
     return data[start.end() : end.start()], data[: start.start()] + data[end.end() :]
 
 

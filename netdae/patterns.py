@@ -21,6 +21,10 @@ LARGEST = 5_000_000
 """Most nodes that a generated net may have: beyond it a slip of the finger fills the memory."""
 
 
+LONGEST = 1e6
+"""Longest side of a generated net, m: nets are metres wide, and beyond this knots lose their micrometres."""
+
+
 class Pattern(NamedTuple):
     """Arrays of a generated net.
 
@@ -37,18 +41,23 @@ class Pattern(NamedTuple):
 def square(*, side: float, cells: int, subdivide: int = 1) -> Pattern:
     """Square of `side` m with `cells` × `cells` square meshes; corners: its four, anticlockwise."""
     length, count = _length("square", "side", side), _count("square", "cells", cells)
-    return rectangle(width=length, height=length, columns=count, rows=count, subdivide=subdivide)
+    pieces = _count("square", "subdivide", subdivide)
+    return _grid("square", length, length, count, count, pieces)
 
 
 def rectangle(*, width: float, height: float, columns: int, rows: int, subdivide: int = 1) -> Pattern:
     """`columns` × `rows` meshes over width (x) × height (y) in m; corners: its four, anticlockwise."""
-    size = np.array([_length("rectangle", "width", width), _length("rectangle", "height", height)])
+    size = _length("rectangle", "width", width), _length("rectangle", "height", height)
     i, j = _count("rectangle", "columns", columns), _count("rectangle", "rows", rows)
-    pieces = _count("rectangle", "subdivide", subdivide)
-    _check_size("rectangle", (i + 1) * (j + 1) + (pieces - 1) * (2 * i * j + i + j))
+    return _grid("rectangle", *size, i, j, _count("rectangle", "subdivide", subdivide))
+
+
+def _grid(pattern: str, width: float, height: float, i: int, j: int, pieces: int) -> Pattern:
+    """Net of `i` × `j` rectangular meshes."""
+    _check_size(pattern, (i + 1) * (j + 1) + (pieces - 1) * (2 * i * j + i + j))
     ids = np.arange((i + 1) * (j + 1)).reshape(i + 1, j + 1)
-    x = (np.arange(i + 1) - i / 2) * (size[0] / i)
-    y = (np.arange(j + 1) - j / 2) * (size[1] / j)
+    x = (np.arange(i + 1) - i / 2) * (width / i)
+    y = (np.arange(j + 1) - j / 2) * (height / j)
     points = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
     border = np.concatenate([ids[:-1, 0], ids[-1, :-1], ids[:0:-1, -1], ids[0, :0:-1]])
     along = np.stack([ids[:-1, 1:-1], ids[1:, 1:-1]], axis=-1).reshape(-1, 2)
@@ -164,8 +173,9 @@ def _length(pattern: str, name: str, value: float) -> float:
         length = float(value)
     except (TypeError, ValueError):
         length = math.nan
-    if isinstance(value, bool | str) or not (math.isfinite(length) and length > 0):
-        raise InputError(f"{pattern} net: {name} is {value!r}, give a finite length above zero in m")
+    if isinstance(value, bool | str) or not 0 < length <= LONGEST:
+        shown = f"{value:.6g}" if isinstance(value, float) else repr(value)
+        raise InputError(f"{pattern} net: {name} is {shown}, give a length above zero, {LONGEST:g} m at most")
     return length
 
 

@@ -5,7 +5,7 @@ Symbols: p points, s straight line pieces, c cells of the file (of every type, i
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -14,11 +14,20 @@ from numpy.typing import NDArray
 
 from netdae._arrays import BoolArray, FloatArray, IntArray
 from netdae.errors import MeshError
-from netdae.mesh_findings import many, report_coincident, report_doubles, report_unused
+from netdae.mesh_findings import FileNumbers, many, report_coincident, report_doubles, report_unused
 from netdae.net import CABLE_DATA, CableNet
 
 NUMBERS = (*CABLE_DATA, "rest_length")
 """Names of cell data that are numbers of the cables and not groups."""
+
+LARGEST_PLACE = 1e6
+"""Largest coordinate of a mesh, m: nets are metres wide, and beyond this knots lose their micrometres."""
+
+SHORTEST_CABLE = 1e-9
+"""Shortest distance of a cable's nodes, m, unless its rest length is given: it is as long as an atom is wide."""
+
+SMALLEST, LARGEST = 1e-20, 1e20
+"""Range of numbers of the cables, SI units: whatever is beyond is a slip of the unit."""
 
 MOST_KINDS = 16
 """Integer data with more values than this number something: they make one group, not one per value."""
@@ -49,6 +58,7 @@ class RawMesh:
     point_sets, cell_sets : name to points or cells
     split : number of quadratic and poly lines cut into pieces
     volumes : number of cells with a volume
+    numbers : gives the numbers by which the file calls nodes and elements, for messages; None where it has none
     """
 
     points: FloatArray
@@ -64,6 +74,22 @@ class RawMesh:
     cell_sets: Mapping[str, IntArray] = field(default_factory=dict)
     split: int = 0
     volumes: int = 0
+    numbers: Callable[[], FileNumbers] | None = None
+
+    def node_name(self, node: int) -> str:
+        """What the file calls a point."""
+        nodes = self.numbers().nodes if self.numbers else ()
+        return (
+            f"node {nodes[node]} of the file" if len(nodes) == len(self.points) else f"node {node} (from 0)"
+        )
+
+    def cable_name(self, piece: int) -> str:
+        """What the file calls the cell of a line piece."""
+        cell = int(self.line_cell[piece])
+        elements = self.numbers().elements if self.numbers else ()
+        if len(elements) == self.cell_count:
+            return f"cable {elements[cell][0]} of the file"
+        return f"cable {cell} (from 0)"
 
     @property
     def unused_data(self) -> tuple[str, ...]:
@@ -91,7 +117,7 @@ def net_of(raw: RawMesh, *, surface_edges: bool = False) -> tuple[CableNet, tupl
     Raises MeshError, without the file's name, for a mesh that is no net.
     """
     findings: list[str] = []
-    _check_points(raw.points)
+    _check_points(raw)
     _check_lines(raw, surface_edges)
     if raw.split:
         findings.append(f"{many(raw.split, 'line')} of more than two points split into straight cables")
@@ -99,7 +125,7 @@ def net_of(raw: RawMesh, *, surface_edges: bool = False) -> tuple[CableNet, tupl
         findings.append("the surface cells are left out, only the lines are cables")
     ends, groups, numbers = raw.ends, _line_groups(raw), _numbers(raw)
     kept, same = _distinct(ends)
-    report_doubles(ends, kept, same, groups, findings)
+    report_doubles(ends, kept, same, groups, findings, raw.node_name)
     if surface_edges:
         ends, groups, numbers = _with_edges(raw.face_edges, ends, groups, numbers)
         kept, same = _distinct(ends)
@@ -117,7 +143,8 @@ def net_of(raw: RawMesh, *, surface_edges: bool = False) -> tuple[CableNet, tupl
     nodes = raw.points[used]
     cables = (np.cumsum(used) - 1)[cables]
     node_groups = {name: member[used] for name, member in node_groups.items()}
-    report_coincident(nodes, findings)
+    place = np.flatnonzero(used)
+    report_coincident(nodes, findings, lambda node: raw.node_name(int(place[node])))
     for kind, found in (("node", node_groups), ("cable", groups)):
         if "all" in found and not found["all"].all():
             findings.append(
@@ -138,21 +165,27 @@ def net_of(raw: RawMesh, *, surface_edges: bool = False) -> tuple[CableNet, tupl
     return net, tuple(findings)
 
 
-def _check_points(points: FloatArray) -> None:
-    wrong = np.flatnonzero(~np.isfinite(points).all(axis=1))
+def _check_points(raw: RawMesh) -> None:
+    wrong = np.flatnonzero(~(np.abs(raw.points) <= LARGEST_PLACE).all(axis=1))
     if len(wrong):
-        where = ", ".join(f"{x:g}" for x in points[wrong[0]])
-        raise MeshError(f"node {wrong[0]} has the coordinates ({where}): give finite numbers")
+        where = ", ".join(f"{x:g}" for x in raw.points[wrong[0]])
+        raise MeshError(
+            f"{raw.node_name(int(wrong[0]))} has the coordinates ({where}): give finite numbers in m, "
+            f"{LARGEST_PLACE:g} at most"
+        )
 
 
 def _check_lines(raw: RawMesh, surface_edges: bool) -> None:
     if surface_edges and not len(raw.face_edges):
-        raise MeshError("the mesh has no surface cells whose edges could be cables: leave surface_edges out")
+        raise MeshError(
+            "the mesh has no surface cells whose edges could be cables: leave surface_edges (--surface-edges) out"
+        )
     if not len(raw.ends) and not surface_edges:
         if len(raw.face_edges):
             raise MeshError(
                 "a surface mesh without lines is no net, its cells are membranes: "
-                "ask for its edges as cables with surface_edges, or save the lines"
+                "ask for its edges as cables (surface_edges = true in [net], --surface-edges on the command line), "
+                "or save the lines"
             )
         if raw.volumes:
             raise MeshError(
@@ -160,17 +193,30 @@ def _check_lines(raw: RawMesh, surface_edges: bool) -> None:
             )
         raise MeshError("the mesh has no lines: each cable is a line between two nodes")
     for kind, pairs in (("cable", raw.ends), ("surface edge", raw.face_edges)):
+
+        def name(k: int, kind: str = kind) -> str:
+            return raw.cable_name(k) if kind == "cable" else f"{kind} {k}"
+
         outside = np.flatnonzero(((pairs < 0) | (pairs >= len(raw.points))).any(axis=1))
         if len(outside):
+            if raw.numbers:
+                raw.numbers().check()
             i, j = pairs[outside[0]]
             wrong = j if 0 <= i < len(raw.points) else i
             count = len(raw.points)
-            raise MeshError(f"{kind} {outside[0]} joins node {wrong}, but the file has {many(count, 'node')}")
+            raise MeshError(f"{name(outside[0])} joins node {wrong}, but the file has {many(count, 'node')}")
         loops = np.flatnonzero(pairs[:, 0] == pairs[:, 1])
         if len(loops):
-            node = pairs[loops[0], 0]
+            node = raw.node_name(int(pairs[loops[0], 0]))
+            raise MeshError(f"{name(loops[0])} joins {node} to itself: a cable needs two different nodes")
+    if "rest_length" not in raw.cell_data:
+        span = np.linalg.norm(raw.points[raw.ends[:, 1]] - raw.points[raw.ends[:, 0]], axis=1)
+        if (span < SHORTEST_CABLE).any():
+            k = int(np.argmin(span))
+            i, j = (raw.node_name(node) for node in raw.ends[k].tolist())
             raise MeshError(
-                f"{kind} {loops[0]} joins node {node} to itself: a cable needs two different nodes"
+                f"{raw.cable_name(k)} between {i} and {j} has the rest length {span[k]:g} m: move the nodes apart "
+                f"or give a rest_length, {SHORTEST_CABLE:g} m at least"
             )
 
 
@@ -230,6 +276,14 @@ def _numbers(raw: RawMesh) -> dict[str, FloatArray]:
                 f"cell data {name!r} are {values.shape} of {values.dtype}: give one number per cable"
             )
         numbers[name] = values.reshape(-1)[raw.line_cell].astype(np.float64)
+        inside = (numbers[name] >= SMALLEST) & (numbers[name] <= LARGEST)
+        wrong = np.flatnonzero(~(np.isnan(numbers[name]) | inside))
+        if len(wrong):
+            found = numbers[name][wrong[0]]
+            raise MeshError(
+                f"{raw.cable_name(int(wrong[0]))} has {name} {found:g}: give a number above zero, "
+                f"{SMALLEST:g} to {LARGEST:g} in SI units"
+            )
     if raw.split and "rest_length" in numbers:
         span = np.linalg.norm(raw.points[raw.ends[:, 1]] - raw.points[raw.ends[:, 0]], axis=1)
         whole = np.bincount(raw.line_cell, span, raw.cell_count)[raw.line_cell]

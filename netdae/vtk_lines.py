@@ -6,7 +6,6 @@ poly lines, several pieces or a new version.
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 from typing import Any
 
@@ -26,12 +25,13 @@ def read_polylines(path: Path) -> RawMesh:
     """Read a .vtu or .vtk by pyvista; a poly line of k points gives k − 1 line pieces."""
     import pyvista
 
-    try:
-        with pyvista.vtk_verbosity("off"), pyvista.VtkErrorCatcher(raise_errors=True, send_to_logging=False):
-            mesh: Any = pyvista.read(path)
-    except Exception as error:
-        said = re.search(r"\(0x[0-9a-f]+\): (.*)", str(error))  # after file, line and class in VTK
-        raise ValueError(said[1] if said else str(error)) from error
+    told = pyvista.VtkErrorCatcher(send_to_logging=False)
+    with pyvista.vtk_verbosity("off"), told:
+        mesh: Any = pyvista.read(path)
+    # where binary data end early VTK only warns, and hands on what was in the memory
+    wrong = [*told.error_events, *(event for event in told.warning_events if "Error reading" in str(event))]
+    if wrong:
+        raise ValueError(str(wrong[0]))
     if isinstance(mesh, pyvista.PolyData):
         mesh = mesh.cast_to_unstructured_grid()
     if not isinstance(mesh, pyvista.UnstructuredGrid):

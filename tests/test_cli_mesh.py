@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from cyclopts import App
+from cyclopts import App, CycloptsError
 
 from netdae.cli.info import info
 from netdae.cli.mesh import app as mesh_app
@@ -71,15 +71,43 @@ def test_existing_file_is_kept_unless_overwriting_is_asked_for(tmp_path):
         ("--side 1 --cells 0 -o net.vtu", "cells is 0"),
         ("--side 1 --cells 1 -o net.stl", r"'\.stl' is unknown: netdae reads and writes \.vtu"),
         ("--side 1 --cells 1 -o net", "no ending"),
-        ("--side 1 --cells 1 -o missing/net.vtu", "cannot be written: No such file"),
+        ("--side 1 --cells 4.9 -o net.vtu", '"4.9", expected a whole number'),
+        ("--side 1 --cells 0x4 -o net.vtu", '"0x4", expected a whole number'),
+        ("--side 1 --cells 2 --subdivide 0 -o net.vtu", "square net: subdivide is 0"),
+        (
+            "--side 1e200 --cells 2 -o net.vtu",
+            "side is 1e[+]200, give a length above zero, 1e[+]06 m at most",
+        ),
     ],
 )
 def test_mistake_is_one_clear_line_and_leaves_no_file(arguments, words, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(InputError, match=words) as caught:
+    with pytest.raises((InputError, CycloptsError), match=words) as caught:
         run(f"mesh square {arguments}")
     assert "\n" not in str(caught.value)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_folder_of_the_file_is_made(tmp_path):
+    run(f"mesh square --side 1 --cells 2 -o {tmp_path / 'new' / 'deep' / 'net.vtu'}")
+    assert read_net(tmp_path / "new" / "deep" / "net.vtu").node_count == 9
+
+
+def test_place_that_cannot_be_written_is_one_line(tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("mine")
+    with pytest.raises(InputError, match="cannot be written") as caught:
+        run(f"mesh square --side 1 --cells 2 -o {tmp_path / 'file' / 'net.vtu'}")
+    assert "\n" not in str(caught.value)
+
+    def closed(self, *arguments, **options):
+        raise PermissionError(
+            13, "Permission denied"
+        )  # as where a folder is closed, root is not kept out of one
+
+    monkeypatch.setattr(Path, "unlink", closed)
+    monkeypatch.setattr("meshio.vtu.write", closed)
+    with pytest.raises(InputError, match="cannot be written: Permission denied"):
+        run(f"mesh square --side 1 --cells 2 -o {tmp_path / 'net.vtu'}")
 
 
 def test_info_says_what_is_in_a_mesh(tmp_path, capsys):

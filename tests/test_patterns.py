@@ -159,8 +159,8 @@ def test_square_net_is_its_own_mirror_image_to_the_last_bit():
     ("make", "arguments", "words"),
     [
         (patterns.square, {"side": 5.0, "cells": 0}, "cells is 0"),
-        (patterns.square, {"side": 0.0, "cells": 2}, "side is 0.0"),
-        (patterns.square, {"side": -1.0, "cells": 2}, "side is -1.0"),
+        (patterns.square, {"side": 0.0, "cells": 2}, "side is 0, give a length"),
+        (patterns.square, {"side": -1.0, "cells": 2}, "side is -1, give a length"),
         (patterns.square, {"side": math.nan, "cells": 2}, "side is nan"),
         (patterns.square, {"side": math.inf, "cells": 2}, "side is inf"),
         (patterns.square, {"side": "5", "cells": 2}, "side is '5'"),

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, TextIO
 
-from cyclopts import App, CycloptsError
+from cyclopts import App, CoercionError, CycloptsError, MissingArgumentError, UnusedCliTokensError
 
 from netdae import __version__
+from netdae._files import reason_of
 from netdae.errors import InputError, RunError
 
 app = App(
@@ -28,32 +31,113 @@ app.command(
     "netdae.cli.schema:schema", name="schema", help="Print the JSON schema of a scenario, for editors."
 )
 
+_PLACES = {"scenario": "SCENARIO.toml", "mesh": "MESH"}
+_TAKES = {
+    "run": "one scenario at a time",
+    "check": "one scenario at a time",
+    "info": "one mesh at a time",
+    "schema": "nothing",
+}
+_NUMBERS: dict[type | None, str] = {float: "a number", int: "a whole number"}
+
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Do what the arguments, by default those of the process, ask; the exit code.
 
     What a user can mend is one line on stderr; a bug keeps its traceback.
     """
+    with _output() as output:
+        code = _code_of(list(sys.argv[1:] if arguments is None else arguments))
+    if output.error is None or isinstance(
+        output.error, BrokenPipeError
+    ):  # a reader has left, for instance head
+        return code
+    reason = reason_of(output.error)
+    return code or _say(f"what is printed cannot be written: {reason}: make room, or print elsewhere", 1)
+
+
+def _code_of(arguments: list[str]) -> int:
     try:
-        app(
-            list(sys.argv[1:] if arguments is None else arguments),
-            exit_on_error=False,
-            print_error=False,
-        )
-        sys.stdout.flush()
+        app(arguments, exit_on_error=False, print_error=False)
     except CycloptsError as error:
-        return _say(f"{error} See netdae --help", 2)
+        verb = " ".join(["netdae", *(error.command_chain or ())])
+        return _say(f"{_words_of(error, verb)} See {verb} --help", 2)
     except InputError as error:
         return _say(str(error), 2)
     except RunError as error:
         return _say(str(error), 1)
     except KeyboardInterrupt as interrupt:
         return _say(str(interrupt) or "interrupted", 130)
-    except BrokenPipeError:  # the reader of what is printed has left, for instance head
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     return 0
 
 
+def _words_of(error: CycloptsError, verb: str) -> str:
+    """What is wrong on the command line."""
+    if isinstance(error, MissingArgumentError) and error.argument is not None:
+        name = error.argument.name.lstrip("-")
+        if name in _PLACES:
+            return f"{name.upper()} is missing: {verb} {_PLACES[name]}."
+        if not error.argument.tokens and error.keyword is None:
+            return f"{error.argument.name} is missing."
+    if isinstance(error, UnusedCliTokensError):
+        spare, name = " ".join(error.unused_tokens or ()), verb.removeprefix("netdae ")
+        return f"{spare} is too much: {verb} takes {_TAKES.get(name, 'its options alone')}."
+    if isinstance(error, CoercionError) and error.msg is None and error.token is not None:
+        expected = _NUMBERS.get(error.target_type)
+        if expected:
+            return f'Invalid value for {error.token.keyword}: "{error.token.value}", expected {expected}.'
+    return f"{error!s}." if str(error)[-1:] not in ".?" else str(error)
+
+
+class _Output:
+    """Standard output in which printing never fails, so that no flight ends by it: what went wrong is in `error`."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+        self.error: OSError | None = None
+        with contextlib.suppress(AttributeError, ValueError):  # not a file's stream
+            stream.reconfigure(errors="replace")  # type: ignore[attr-defined]  # a sign that a terminal has not
+
+    def write(self, text: str) -> int:
+        """Print, unless printing has failed before."""
+        self._try(lambda: self._stream.write(text))
+        return len(text)
+
+    def flush(self) -> None:
+        """Print what is kept back."""
+        self._try(self._stream.flush)
+
+    def _try(self, action: Callable[[], object]) -> None:
+        if self.error is None:
+            try:
+                action()
+            except OSError as error:
+                self.error = error
+                with contextlib.suppress(OSError):  # Python prints what is left as it ends: to nowhere
+                    os.dup2(os.open(os.devnull, os.O_WRONLY), self._stream.fileno())
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+
+@contextlib.contextmanager
+def _output() -> Iterator[_Output]:
+    """Put a safe stream in the place of standard output; a stream that is closed is one to nowhere."""
+    if sys.stdout is None:
+        sys.stdout = open(os.devnull, "w")  # noqa: SIM115  # for as long as the process lives
+    if sys.stderr is None:
+        sys.stderr = open(os.devnull, "w")  # noqa: SIM115
+    stream = sys.stdout
+    output = _Output(stream)
+    sys.stdout = output
+    try:
+        yield output
+    finally:
+        output.flush()
+        sys.stdout = stream
+
+
 def _say(message: str, code: int) -> int:
-    print(" ".join(message.split()), file=sys.stderr)
+    with contextlib.suppress(OSError):  # there is no other place to say it
+        print(" ".join(message.split()), file=sys.stderr)
     return code

@@ -27,8 +27,10 @@ def check(scenario: Path) -> None:
         print(line)
     comparisons = compare_jacobian(simulation)
     for each in comparisons:
+        left_out = f", {each.at_kinks} at a kink left out" if each.at_kinks else ""
         print(
-            f"Jacobian, {each.name:<8} largest error {each.error:.1e}, {each.taut} cables taut, {each.slack} slack"
+            f"Jacobian, {each.name:<8} largest error {each.error:.1e}, {each.taut} cables taut, "
+            f"{each.slack} slack{left_out}"
         )
     wrong = next((each for each in comparisons if not each.agrees), None)
     if wrong is not None:

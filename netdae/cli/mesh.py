@@ -7,13 +7,17 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import App, Parameter
 
+from netdae.cli.arguments import WholeNumber, place
+
 if TYPE_CHECKING:
     from netdae.net import CableNet
 
 app = App(name="mesh", help="Generate a net in the xy plane, centred at the origin.")
 
-Output = Annotated[Path, Parameter(name=["--output", "-o"], help="File: .vtu .vtk .msh .xdmf or .inp.")]
-Subdivide = Annotated[int, Parameter(help="Pieces that each cable is cut into.")]
+Output = Annotated[
+    Path, Parameter(name=["--output", "-o"], converter=place, help="File: .vtu .vtk .msh .xdmf or .inp.")
+]
+Subdivide = Annotated[WholeNumber, Parameter(help="Pieces that each cable is cut into.")]
 Overwrite = Annotated[bool, Parameter(negative="", help="Replace the file if it exists.")]
 Side = Annotated[float, Parameter(help="Side of the net, m.")]
 Radius = Annotated[float, Parameter(help="Distance from the centre to the corners, m.")]
@@ -23,7 +27,7 @@ Radius = Annotated[float, Parameter(help="Distance from the centre to the corner
 def square(
     *,
     side: Side,
-    cells: Annotated[int, Parameter(help="Meshes along a side.")],
+    cells: Annotated[WholeNumber, Parameter(help="Meshes along a side.")],
     output: Output,
     subdivide: Subdivide = 1,
     overwrite: Overwrite = False,
@@ -39,8 +43,8 @@ def rectangle(
     *,
     width: Annotated[float, Parameter(help="Length along x, m.")],
     height: Annotated[float, Parameter(help="Length along y, m.")],
-    columns: Annotated[int, Parameter(help="Meshes along x.")],
-    rows: Annotated[int, Parameter(help="Meshes along y.")],
+    columns: Annotated[WholeNumber, Parameter(help="Meshes along x.")],
+    rows: Annotated[WholeNumber, Parameter(help="Meshes along y.")],
     output: Output,
     subdivide: Subdivide = 1,
     overwrite: Overwrite = False,
@@ -56,7 +60,7 @@ def rectangle(
 def hexagon(
     *,
     radius: Radius,
-    rings: Annotated[int, Parameter(help="Rings of triangles about the centre.")],
+    rings: Annotated[WholeNumber, Parameter(help="Rings of triangles about the centre.")],
     output: Output,
     subdivide: Subdivide = 1,
     overwrite: Overwrite = False,
@@ -71,8 +75,8 @@ def hexagon(
 def radial(
     *,
     radius: Radius,
-    rings: Annotated[int, Parameter(help="Closed rings, the border among them.")],
-    spokes: Annotated[int, Parameter(help="Cables from the centre to the border.")],
+    rings: Annotated[WholeNumber, Parameter(help="Closed rings, the border among them.")],
+    spokes: Annotated[WholeNumber, Parameter(help="Cables from the centre to the border.")],
     output: Output,
     subdivide: Subdivide = 1,
     overwrite: Overwrite = False,
@@ -87,7 +91,7 @@ def radial(
 def diamond(
     *,
     side: Side,
-    cells: Annotated[int, Parameter(help="Diagonals of meshes along a side.")],
+    cells: Annotated[WholeNumber, Parameter(help="Diagonals of meshes along a side.")],
     output: Output,
     subdivide: Subdivide = 1,
     overwrite: Overwrite = False,

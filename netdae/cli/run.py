@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TextIO
 
 from cyclopts import Parameter
 
+from netdae.cli.arguments import place, whole_number
 from netdae.errors import InputError
 
 if TYPE_CHECKING:
@@ -28,21 +29,31 @@ def run(
     *,
     output: Annotated[
         Path | None,
-        Parameter(name=["--output", "-o"], help="Folder; by default the scenario's name with _out."),
+        Parameter(
+            name=["--output", "-o"], converter=place, help="Folder; by default the scenario's name with _out."
+        ),
     ] = None,
     overwrite: Annotated[
         bool, Parameter(negative="", help="Replace a former run or ensemble in the folder.")
     ] = False,
     ensemble: Annotated[
-        int | None, Parameter(help="Fly that many starts that differ a little; tell means and bands.")
+        int | None,
+        Parameter(
+            converter=whole_number, help="Fly that many starts that differ a little; tell means and bands."
+        ),
     ] = None,
     perturb: Annotated[
         float | None,
         Parameter(help="Standard deviation of each free coordinate in an ensemble, m; 1e-9 by default."),
     ] = None,
-    seed: Annotated[int | None, Parameter(help="Of the ensemble's disturbances; 0 by default.")] = None,
+    seed: Annotated[
+        int | None, Parameter(converter=whole_number, help="Of the ensemble's disturbances; 0 by default.")
+    ] = None,
     processes: Annotated[
-        int | None, Parameter(help="How many members fly at once; by default one for each processor.")
+        int | None,
+        Parameter(
+            converter=whole_number, help="How many members fly at once; by default one for each processor."
+        ),
     ] = None,
     all_frames: Annotated[
         bool, Parameter(negative="", help="Write frames for each member, not for the first alone.")

@@ -10,4 +10,4 @@ def schema() -> None:
     from netdae.scenario_schema import ScenarioData
 
     found = {"$schema": "https://json-schema.org/draft/2020-12/schema", **ScenarioData.model_json_schema()}
-    print(json.dumps(found | {"title": "netdae scenario"}, indent=2, ensure_ascii=False))
+    print(json.dumps(found | {"title": "netdae scenario"}, indent=2))  # ASCII, right in any encoding
