@@ -39,7 +39,7 @@ class RunFolder:
     frames : whether series.pvd and the folder `frames` are written
 
     Raises InputError for a path that is a file, or a folder with the files of a former run or ensemble in it
-    unless `overwrite`. Nothing is changed before `claim`.
+    unless `overwrite`, which is refused where the scenario reads one of them. Nothing is changed before `claim`.
     """
 
     def __init__(
@@ -54,7 +54,8 @@ class RunFolder:
         self.frames = frames
         self._scenario = scenario
         former = self._former()
-        if [file.name for file in former] == [SCENARIO] and former[0].read_bytes() != scenario.text:
+        own = (scenario.text, scenario.copy)
+        if [file.name for file in former] == [SCENARIO] and former[0].read_bytes() not in own:
             raise InputError(
                 f"{self.path}: {SCENARIO} in it is not of a run: choose another output folder by -o"
             )
@@ -62,6 +63,13 @@ class RunFolder:
             raise InputError(
                 f"{self.path}: a former run is in this folder ({former[0].relative_to(self.path).as_posix()}): "
                 "choose another by -o, or replace the run by --overwrite"
+            )
+        read = {file.resolve() for file in scenario.files}
+        lost = next((file for file in former if file.resolve() in read), None)
+        if lost is not None:
+            raise InputError(
+                f"{lost}: --overwrite would delete this file, which the scenario reads: "
+                "choose another output folder by -o"
             )
 
     def claim(self) -> None:
@@ -75,7 +83,7 @@ class RunFolder:
                 _remove_if_empty(folder)
             copy = self.path / SCENARIO
             if copy.resolve() != self._scenario.path.resolve():
-                write_whole(copy, self._scenario.text)
+                write_whole(copy, self._scenario.copy)
             if self.frames:
                 (self.path / "frames").mkdir(exist_ok=True)
         except OSError as error:
@@ -165,13 +173,11 @@ def fly(
         status = "finished"
     except RunError as error:
         status = f"failed: {error}"
-        raise RunError(f"{error}; the {frames} frames up to then are in {folder.path}") from error
+        raise RunError(f"{error}; {_kept(frames)} in {folder.path}") from error
     except KeyboardInterrupt:
         status = "interrupted"
         t = simulation.start.t if last.state is None else last.state.t
-        raise KeyboardInterrupt(
-            f"interrupted at t = {t:.4g} s; the {frames} frames up to then are in {folder.path}"
-        ) from None
+        raise KeyboardInterrupt(f"interrupted at t = {t:.4g} s; {_kept(frames)} in {folder.path}") from None
     except Exception as error:
         status = f"failed: {type(error).__name__}: {error}"
         raise
@@ -186,6 +192,10 @@ def fly(
         summary |= about or {}
         folder.write_summary(summary)
     return summary
+
+
+def _kept(frames: int) -> str:
+    return "the one frame up to then is" if frames == 1 else f"the {frames} frames up to then are"
 
 
 class LastStep:

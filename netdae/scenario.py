@@ -5,16 +5,18 @@ from __future__ import annotations
 import os
 import re
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from difflib import get_close_matches
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 from pydantic import ValidationError
 
 from netdae import scenario_schema as schema
-from netdae._arrays import FloatArray
+from netdae._arrays import FloatArray, IntArray
 from netdae._files import reason_of
 from netdae.damping import Damping, Dashpot, NoDamping, Rayleigh
 from netdae.errors import InputError, ScenarioError
@@ -27,15 +29,21 @@ from netdae.metrics import DeploymentMetrics
 from netdae.motions import Fixed, Motion, TableMotion
 from netdae.net import CableNet
 from netdae.options import SolverOptions
-from netdae.restraints import Restraint
-from netdae.scenario_problems import first_problem
+from netdae.restraints import Drive, Restraint, mask_of
+from netdae.scenario_files import names_of, with_full_names
+from netdae.scenario_problems import ARRAYS, first_problem
 from netdae.signals import Constant, Pulse, Signal, Table
 from netdae.state import State
 from netdae.system import System
 from netdae.tables import read_table
 
+SHORTEST = 1e-9
+"""Shortest flight and shortest pulse, s: far below the time that a wave takes along any cable."""
+
 FORCE_HEADER = ("t", "x", "y", "z")
 MOTION_HEADER = (*FORCE_HEADER, "vx", "vy", "vz")
+
+Source = TypeVar("Source", Table, TableMotion)
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,18 +85,41 @@ class Scenario:
         """Title, or the file's name without its ending."""
         return self.data.title or self.path.stem
 
+    @property
+    def copy(self) -> bytes:
+        """The text with the full names of its files: it flies from any folder."""
+        return with_full_names(self.text, self.path.parent)
+
+    @property
+    def files(self) -> list[Path]:
+        """The mesh and the tables that are read."""
+        return [self._file(name) for name in names_of(tomllib.loads(self.text.decode("utf-8-sig")))]
+
     def build(self) -> Simulation:
         """Read meshes and tables, and make all ready; raises InputError for what cannot fly."""
         data, solver = self.data, self.data.solver
         with self._section("solver"):
             if solver.end <= solver.begin:
                 raise InputError(f"end is {solver.end:g} s, expected a time after begin, {solver.begin:g} s")
+            times = np.linspace(solver.begin, solver.end, data.output.frames)
+            if solver.end - solver.begin < SHORTEST or not (np.diff(times) > 0).all():
+                raise InputError(
+                    f"the flight lasts {solver.end - solver.begin:g} s from {solver.begin:g} s on: "
+                    f"give an end {SHORTEST:g} s after the begin at least, and fewer frames if there are many"
+                )
         net, findings = self._net()
         turned, start = scaled(
             net, data.initial.scale, rotation_deg=data.initial.rotation_deg, velocity=data.initial.velocity
         )
+        with self._section("initial"):
+            if np.ptp(start.x, axis=0).max() <= 1e-9 * np.ptp(turned.nodes, axis=0).max():
+                raise InputError(
+                    f"scale is {[*data.initial.scale]}, which draws the whole net into one point: "
+                    "give factors that leave it a width"
+                )
         for number, shot in enumerate(data.initial.ejection):
             with self._section("initial.ejection", number):
+                _check_group(turned.node_groups, shot.group, "node")
                 start = ejected(
                     turned,
                     start,
@@ -99,13 +130,15 @@ class Scenario:
                 )
         restraints = self._restraints(turned)
         materials, masses, loads = self._materials(turned), self._masses(turned), self._loads(turned)
+        start = State.at(start.x, self._joined(start.v, turned, restraints), t=solver.begin)
+        for number, restraint in enumerate(restraints):
+            with self._section("restraints", number):
+                mask_of(tuple(restraints[: number + 1]), turned)
+                Drive.of((restraint,), turned, start.x).check_start(start.t, start.v)
         with self._section():
             system = System(
                 turned, materials, damping=self._damping(), masses=masses, loads=loads, restraints=restraints
             )
-            start = State.at(start.x, self._joined(start.v, turned, restraints), t=solver.begin)
-            system.drive_from(start.x).check_start(start.t, start.v)
-            system.check_covers(solver.begin, solver.end)
         with self._section("solver"):
             options = SolverOptions(
                 method=solver.method,
@@ -116,16 +149,17 @@ class Scenario:
                 max_order=solver.max_order,
                 max_step=solver.max_step,
             )
-        times = np.linspace(solver.begin, solver.end, data.output.frames)
         return Simulation(self.title, system, start, times, options, self._metrics(system), findings)
 
     def _file(self, name: str) -> Path:
         return self.path.parent / name
 
     @contextmanager
-    def _section(self, name: str = "", number: int | None = None) -> Iterator[None]:
-        """Tell errors of the content by file and section."""
-        header = "" if not name else f"[{name}]: " if number is None else f"[[{name}]] {number + 1}: "
+    def _section(self, name: str = "", number: int | None = None, *, key: str = "") -> Iterator[None]:
+        """Tell errors of the content by file, section and key."""
+        title = f"[[{name}]]" if name in ARRAYS else f"[{name}]"
+        place = [title, "" if number is None else str(number + 1), key]
+        header = f"{' '.join(part for part in place if part)}: " if name else ""
         try:
             yield
         except ScenarioError:
@@ -137,7 +171,8 @@ class Scenario:
         net = self.data.net
         if isinstance(net, schema.MeshFile):
             path = self._file(net.file)
-            found = describe(path, surface_edges=net.surface_edges)
+            with self._section("net", key="file"):
+                found = describe(path, surface_edges=net.surface_edges)
             return found.net, tuple(f"{path}: {finding}" for finding in found.findings)
         pattern = getattr(CableNet, net.kind)
         with self._section("net"):
@@ -147,9 +182,24 @@ class Scenario:
         materials: dict[str, Material] = {}
         for number, cord in enumerate(self.data.material):
             with self._section("material", number):
-                net.cables_of(cord.cables)
+                _check_group(net.cable_groups, cord.cables, "cable")
                 materials.pop(cord.cables, None)  # a later entry overrides all before it
                 materials[cord.cables] = Material(**cord.model_dump(exclude={"cables"}))
+        with self._section("material"):
+            made = np.isin(
+                np.arange(net.cable_count), np.concatenate([net.cables_of(group) for group in materials])
+            )
+            if not made.all():
+                groups = ", ".join(
+                    name
+                    for name, member in net.cable_groups.items()
+                    if name != "all" and not made[member].all()
+                )
+                missing = f", or one for what is missing of {groups}" if groups else ""
+                raise InputError(
+                    f"{np.count_nonzero(~made)} of {net.cable_count} cables have no material: "
+                    f'add an entry before the others with cables = "all"{missing}'
+                )
         return materials
 
     def _damping(self) -> Damping:
@@ -158,6 +208,8 @@ class Scenario:
             if isinstance(damping, schema.DashpotDamping):
                 return Dashpot(viscosity_time=damping.viscosity_time, zeta=damping.zeta)
             if isinstance(damping, schema.RayleighDamping):
+                if damping.alpha == damping.beta == 0:
+                    raise InputError('nothing is damped: give alpha or beta above zero, or kind = "none"')
                 return Rayleigh(alpha=damping.alpha, beta=damping.beta)
         return NoDamping()
 
@@ -165,7 +217,7 @@ class Scenario:
         masses: dict[str, float] = {}
         for number, entry in enumerate(self.data.masses):
             with self._section("masses", number):
-                net.nodes_of(entry.group)
+                _check_group(net.node_groups, entry.group, "node")
             masses[entry.group] = masses.get(entry.group, 0.0) + entry.mass
         return masses
 
@@ -173,7 +225,7 @@ class Scenario:
         restraints = []
         for number, hold in enumerate(self.data.restraints):
             with self._section("restraints", number):
-                net.nodes_of(hold.group)
+                _check_group(net.node_groups, hold.group, "node")
                 motion = Fixed() if isinstance(hold.motion, str) else self._motion(hold.motion)
                 restraints.append(Restraint(hold.group, axes=hold.axes, motion=motion))
         return restraints
@@ -183,7 +235,7 @@ class Scenario:
         u = np.column_stack([columns[name] for name in MOTION_HEADER[1:4]])
         v = np.column_stack([columns[name] for name in MOTION_HEADER[4:]]) if "vx" in columns else None
         with _from_table(table.file):
-            return TableMotion(columns["t"], u, v, interpolation=table.interpolation)
+            return self._covering(TableMotion(columns["t"], u, v, interpolation=table.interpolation))
 
     def _loads(self, net: CableNet) -> list[Load]:
         loads: list[Load] = []
@@ -192,7 +244,7 @@ class Scenario:
                 if isinstance(load, schema.UniformGravity):
                     loads.append(Gravity(self._signal(load.g, load)))
                 else:
-                    net.nodes_of(load.group)
+                    _check_group(net.node_groups, load.group, "node")
                     loads.append(NodalLoad(load.group, self._signal(load.force, load)))
         return loads
 
@@ -211,11 +263,26 @@ class Scenario:
             columns = read_table(self._file(value.file), FORCE_HEADER)
             with _from_table(value.file):
                 values = np.column_stack([columns[name] for name in FORCE_HEADER[1:]])
-                return Table(columns["t"], values, interpolation=value.interpolation)
+                return self._covering(Table(columns["t"], values, interpolation=value.interpolation))
         if not limited:
             return Constant(value)
         begin = self.data.solver.begin if load.begin is None else load.begin
-        return Pulse(value, begin, np.inf if load.end is None else load.end)
+        end = np.inf if load.end is None else load.end
+        if 0 < end - begin < SHORTEST:
+            raise InputError(
+                f"it lasts {end - begin:g} s: let the end come {SHORTEST:g} s after the begin at least"
+            )
+        return Pulse(value, begin, end)
+
+    def _covering(self, source: Source) -> Source:
+        """The table, after a check that it reaches over the flight."""
+        begin, end = self.data.solver.begin, self.data.solver.end
+        if not source.covers(begin, end):
+            raise InputError(
+                f"the table reaches from {source.times[0]:g} to {source.times[-1]:g} s, but the flight lasts "
+                f"from {begin:g} to {end:g} s: add rows, or end the flight earlier"
+            )
+        return source
 
     def _joined(self, v: FloatArray, net: CableNet, restraints: list[Restraint]) -> FloatArray:
         """Velocities (n, 3) in which driven axes that start at rest take the velocity of their table."""
@@ -238,10 +305,19 @@ class Scenario:
             mouth=None if mouth == schema.NONE else mouth, corners=None if corners == schema.NONE else corners
         )
         with self._section("metrics"):
+            if mouth != schema.NONE:
+                _check_group({**net.node_groups, **net.cable_groups}, mouth, "node")
             if corners != schema.NONE:
-                net.nodes_of(corners)
+                _check_group(net.node_groups, corners, "node")
             metrics.begin(system)  # finds the loop, or says what is wrong with it
         return metrics
+
+
+def _check_group(groups: Mapping[str, IntArray], name: str, kind: str) -> None:
+    if name not in groups:
+        near = get_close_matches(name, groups, n=1)
+        hint = f"did you mean {near[0]!r}? " if near else ""
+        raise InputError(f"there is no {kind} group {name!r}: {hint}The net has {', '.join(sorted(groups))}")
 
 
 @contextmanager

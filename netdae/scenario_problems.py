@@ -112,10 +112,14 @@ def _form_of(place: Place) -> str:
     header, keys = _section_of(place)
     if keys:
         return "a table in braces"
+    if header.startswith("[["):
+        return f"double brackets: write {header.split(' ')[0]} and its keys in the lines below"
     return f"a section: write {header.split(' ')[0]} and its keys in the lines below"
 
 
 def _unknown(place: Place, key: str, known: list[str], data: Mapping[str, Any]) -> str:
+    if list(place) == ["net"] and key == "file":
+        return "[net] has kind and file: give the one for a pattern or the other for a mesh file, not both"
     near = get_close_matches(key, known, n=1, cutoff=0.6)
     hint = f"did you mean {near[0]}? " if near else ""
     if place:

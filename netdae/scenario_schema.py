@@ -30,12 +30,14 @@ Tolerance = Annotated[
     float, Field(ge=1e-15, le=1e3)
 ]  # m or m/s; positions of metres have no digits below 1e-16
 Step = Annotated[float, Field(ge=1e-12, le=1e9)]  # s
-Component = Annotated[float, Field(ge=-1e6, le=1e6)]  # m/s, m/s², degrees, or a factor
+Factor = Annotated[float, Field(ge=-1e3, le=1e3)]
+Component = Annotated[float, Field(ge=-1e6, le=1e6)]  # m/s, m/s², degrees
 ForceComponent = Annotated[float, Field(ge=-1e12, le=1e12)]  # N
 Count = Annotated[int, Field(ge=1)]
 Text = Annotated[str, Field(min_length=1)]
 # TOML has lists only; the numbers stay strict
 Vector = Annotated[tuple[Component, Component, Component], Strict(False)]
+FactorVector = Annotated[tuple[Factor, Factor, Factor], Strict(False)]
 ForceVector = Annotated[tuple[ForceComponent, ForceComponent, ForceComponent], Strict(False)]
 
 NONE = "none"
@@ -250,7 +252,7 @@ class Initial(Section):
     """How the net starts: the mesh drawn together and turned."""
 
     shape: Literal["scaled"] = Field("scaled", description="How the stowed shape is made of the mesh.")
-    scale: Vector = Field((1.0, 1.0, 1.0), description="Factors along x, y and z of the mesh.")
+    scale: FactorVector = Field((1.0, 1.0, 1.0), description="Factors along x, y and z of the mesh.")
     rotation_deg: Vector = Field(
         (0.0, 0.0, 0.0), description="Turns about the fixed x, then y, then z axis, degrees."
     )

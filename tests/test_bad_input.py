@@ -1,6 +1,8 @@
 """Each mistake of a user gets one clear line on stderr that names the thing, and exit code 2."""
 
+import json
 import os
+import shlex
 import subprocess
 import sys
 
@@ -102,7 +104,7 @@ MISTAKES = {
     "single for double brackets": (
         "[[masses]]",
         "[masses]",
-        ["[[masses]] is a single table", "write [[masses]]"],
+        ["[[masses]] is a single table, expected double brackets: write [[masses]]"],
     ),
     "double for single brackets": (
         "[solver]",
@@ -115,13 +117,89 @@ MISTAKES = {
         ["[solver] output is an unknown key"],
     ),
     "number for the net": (SCENARIO[: SCENARIO.index("[[mat")], "net = 3\n", ["[net] is 3", "write [net]"]),
-    "negative modulus": ("= 70e9", "= -70e9", ["[[material]] 1 youngs_modulus is -70000000000.0", "above 0"]),
+    "negative modulus": (
+        "= 70e9",
+        "= -70e9",
+        ["[[material]] 1 youngs_modulus is -70000000000.0", "0.001 or more"],
+    ),
     "two diameters": ("diameter = 1e-3", "diameter = 1e-3\narea = 1e-6", ["[[material]] 1: both", "area"]),
     "no density": ("density = 1390", "", ["[[material]] 1: neither of density and linear_density"]),
-    "free node without mass": (
+    "density that leaves no mass": (
         "density = 1390",
-        "density = 5e-324",
-        ["small.toml: node 1 is free but has no mass"],
+        "density = 1e-308",
+        ["[[material]] 1 density is 1e-308, expected 1e-09 or more"],
+    ),
+    "diameter in no unit": (
+        "diameter = 1e-3",
+        "diameter = 1e200",
+        ["[[material]] 1 diameter is 1e+200, expected 1000 or less"],
+    ),
+    "side in no unit": ("side = 1.0", "side = 1e200", ["[net] side is 1e+200, expected 1e+06 or less"]),
+    "speed in no unit": (
+        "speed = 2.0",
+        "speed = 1e300",
+        ["[[initial.ejection]] 1 speed is 1e+300, expected 1e+06 or less"],
+    ),
+    "mass in no unit": (
+        "mass = 0.1",
+        "mass = 1e300",
+        ["[[masses]] 1 mass is 1e+300, expected 1e+09 or less"],
+    ),
+    "scale in no unit": (
+        "[0.4, 0.4",
+        "[1e200, 0.4",
+        ["[initial] scale, number 1, is 1e+200, expected 1000 or less"],
+    ),
+    "gravity in no unit": (
+        "-9.81]",
+        "-1e300]",
+        ["[[loads]] 1 g, number 3, is -1e+300, expected -1e+06 or more"],
+    ),
+    "force in no unit": (
+        'kind = "gravity"\ng =',
+        'kind = "nodal"\ngroup = "all"\nforce = [1e300, 0, 0]\n#',
+        ["[[loads]] 1 force, number 1, is 1e+300, expected 1e+12 or less"],
+    ),
+    "end in no unit": ("end = 0.001", "end = 1e300", ["[solver] end is 1e+300, expected 1e+09 or less"]),
+    "flight of no length": (
+        "end = 0.001",
+        "end = 1e-300",
+        ["[solver]: the flight lasts 1e-300 s", "1e-09 s after"],
+    ),
+    "frames that times cannot tell apart": (
+        "end = 0.001\n[output]\nframes = 2",
+        "begin = 1e8\nend = 100000000.001\n[output]\nframes = 1000000",
+        ["[solver]: the flight lasts 0.001", "fewer frames"],
+    ),
+    "tolerance below all digits": (
+        "end = 0.001",
+        "end = 0.001\natol_position = 1e-300",
+        ["[solver] atol_position is 1e-300, expected 1e-15 or more"],
+    ),
+    "step below all digits": (
+        "end = 0.001",
+        "end = 0.001\nmax_step = 1e-300",
+        ["[solver] max_step is 1e-300, expected 1e-12 or more"],
+    ),
+    "pulse of no length": (
+        "g = [",
+        "begin = 0\nend = 1e-300\ng = [",
+        ["[[loads]] 1: it lasts 1e-300 s", "1e-09 s"],
+    ),
+    "net drawn into a point": (
+        "[0.4, 0.4, 1.0]",
+        "[0, 0, 1]",
+        ["[initial]: scale is [0.0, 0.0, 1.0]", "into one point"],
+    ),
+    "pattern and file": (
+        'kind = "square"',
+        'file = "net.vtu"\nkind = "square"',
+        ["[net] has kind and file", "not both"],
+    ),
+    "rayleigh that damps nothing": (
+        'kind = "dashpot"\nviscosity_time = 1e-5',
+        'kind = "rayleigh"',
+        ['[damping]: nothing is damped: give alpha or beta above zero, or kind = "none"'],
     ),
     "unknown law": ("density =", 'law = "hooke"\ndensity =', ["[[material]] 1 law", "engineering"]),
     "both measures of a dashpot": (
@@ -132,7 +210,7 @@ MISTAKES = {
     "unknown node group": (
         'group = "corners"\nmass',
         'group = "corner"\nmass',
-        ["[[masses]] 1", "'corner'", "corners"],
+        ["[[masses]] 1", "'corner'", "did you mean 'corners'?"],
     ),
     "unknown group of an ejection": (
         'group = "corners"\nspeed',
@@ -144,18 +222,22 @@ MISTAKES = {
         'cables = "edge"\nyoungs_modulus',
         ["[[material]] 1", "'edge'", "border"],
     ),
-    "cables without material": ("youngs_modulus", 'cables = "border"\nyoungs_modulus', ["has no material"]),
+    "cables without material": (
+        "youngs_modulus",
+        'cables = "border"\nyoungs_modulus',
+        ["[[material]]: 4 of 12 cables have no material", "missing of inner"],
+    ),
     "unknown axes": ('axes = "xyz"', 'axes = "xw"', ["[[restraints]] 1", "'xw'"]),
     "unknown motion": ('motion = "fixed"', 'motion = "fix"', ["[[restraints]] 1 motion", "fixed"]),
     "axis restrained twice": (
         "[initial]",
         '[[restraints]]\ngroup = "all"\naxes = "z"\n[initial]',
-        ["'all'", "node 4"],
+        ["[[restraints]] 2: ", "'all'", "node 4"],
     ),
     "fixed node that starts in motion": (
         "[initial]",
         "[initial]\nvelocity = [1, 0, 0]",
-        ["'centre'", "node 4", "1.0"],
+        ["[[restraints]] 1: ", "'centre'", "node 4", "1.0"],
     ),
     "no end after the begin": ("end = 0.001", "begin = 1\nend = 1", ["[solver]", "end is 1 s"]),
     "unknown accuracy": ("end = 0.001", 'end = 1\naccuracy = "fine"', ["[solver] accuracy", "standard"]),
@@ -215,7 +297,7 @@ SPAN = "2\n1 0 0 0\n2 1 0 0"
 MESHES = {
     "malformed": ("this is no mesh", ["net.msh", "no MSH file"]),
     "empty": ("", ["net.msh", "empty"]),
-    "without lines": (MSH.format(SPAN, "1\n1 15 2 0 1 1"), ["net.msh"]),
+    "without lines": (MSH.format(SPAN, "1\n1 15 2 0 1 1"), ["net.msh", "no lines", "each cable is a line"]),
     "surface": (MSH.format("3\n1 0 0 0\n2 1 0 0\n3 0 1 0", "1\n1 2 2 0 1 1 2 3"), ["net.msh", "surface"]),
     "cable to itself": (MSH.format(SPAN, "2\n1 1 2 0 1 1 2\n2 1 2 0 1 1 1"), ["net.msh", "itself"]),
     "zero rest length": (MSH.format("2\n1 0 0 0\n2 0 0 0", "1\n1 1 2 0 1 1 2"), ["net.msh", "rest length 0"]),
@@ -237,6 +319,7 @@ def test_mesh_that_is_no_net_is_told_by_its_name(mesh, tmp_path, capsys):
 
 def test_missing_mesh_is_told(tmp_path, capsys):
     line = failure_of(["run", scenario(tmp_path, *net_of('file = "no.msh"'))], capsys)
+    assert "small.toml: [net] file: " in line
     assert str(tmp_path / "no.msh") in line
     assert "no such file" in line
 
@@ -250,7 +333,10 @@ TABLES = {
     "field missing": ("t,x,y,z\n0,0,0,0\n\n1,0,0\n", ["m.csv", "line 4", "3 fields"]),
     "one row": ("t,x,y,z\n0,0,0,0\n", ["m.csv", "two rows"]),
     "falling times": ("t,x,y,z\n0,0,0,0\n1,0,0,0\n0.5,0,0,0\n", ["m.csv", "do not rise"]),
-    "too short for the flight": ("t,x,y,z\n0,0,0,0\n1e-4,0,0,0\n", ["reaches from 0 to 0.0001 s"]),
+    "too short for the flight": (
+        "t,x,y,z\n0,0,0,0\n1e-4,0,0,0\n",
+        ["m.csv: the table reaches from 0 to 0.0001 s"],
+    ),
     "binary": (b"\xff\xfe\x00", ["m.csv", "not a CSV table"]),
     "begins elsewhere": ("t,x,y,z\n0,1,0,0\n1,1,0,0\n", ["'centre'", "begins at [1.0, 0.0, 0.0] m"]),
 }
@@ -270,6 +356,7 @@ def test_table_that_cannot_be_used_is_told_by_file_and_line(use, table, tmp_path
     line = failure_of(["run", scenario(tmp_path, old, new), "-o", tmp_path / "out"], capsys)
     for word in words:
         assert word in line
+    assert ("[[restraints]] 1: " if use == "motion" else "[[loads]] 1: ") in line
     assert not (tmp_path / "out").exists()
 
 
@@ -355,6 +442,74 @@ def test_former_summary_is_gone_while_the_new_run_is_under_way(tmp_path, monkeyp
     assert not [names for names in seen if "summary.json" in names or "trajectory.npz" in names]
 
 
+@pytest.mark.parametrize("use", ["mesh", "table"])
+def test_overwriting_spares_what_the_scenario_reads(use, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert main(["run", str(scenario(tmp_path)), "-o", str(out)]) == 0
+    if use == "mesh":
+        read = out / "frames" / "frame_000001.vtu"
+        file = scenario(tmp_path, *net_of('file = "out/frames/frame_000001.vtu"'))
+    else:
+        read = out / "metrics.csv"
+        read.write_text("t,x,y,z\n0,0,0,0\n1,0,0,0\n")
+        file = scenario(tmp_path, "[0, 0, -9.81]", '{ file = "out/metrics.csv" }')
+    capsys.readouterr()
+    before = read.read_bytes()
+    line = failure_of(["run", file, "-o", out, "--overwrite"], capsys)
+    assert f"{read}: --overwrite would delete this file" in line
+    assert read.read_bytes() == before
+
+
+COPIED = """\
+# the net, file = "no.vtu"
+title = 'file = "a.vtu"'
+[net]
+file = 'net.vtu'   # relative to this file
+[[material]]
+youngs_modulus = 70e9
+density = 1390
+diameter = 1e-3
+[damping]
+kind = "none"
+[[restraints]]
+group = "centre"
+motion = {interpolation="linear",file="more/m.csv"}
+[[loads]]
+kind = "gravity"
+g = { file = "more/g \\u00b2.csv" }
+[solver]
+end = 0.001
+[output]
+frames = 2
+"""
+
+
+def test_copy_of_a_scenario_in_its_output_folder_flies_again(tmp_path, monkeypatch):
+    (tmp_path / "more").mkdir()
+    assert main(["mesh", "square", "--side", "1", "--cells", "2", "-o", str(tmp_path / "net.vtu")]) == 0
+    for name in ("m.csv", "g ².csv"):
+        (tmp_path / "more" / name).write_text("t,x,y,z\n0,0,0,0\n1,0,0,0\n")
+    (tmp_path / "s.toml").write_text(COPIED)
+    monkeypatch.chdir(tmp_path)
+    assert main(["run", "s.toml", "-o", "a/out"]) == 0
+    copy = tmp_path / "a" / "out" / "scenario.toml"
+    lines = zip(COPIED.splitlines(), copy.read_text(encoding="utf-8").splitlines(), strict=True)
+    changed = [(old, new) for old, new in lines if old != new]
+    assert [old[:6] for old, _ in changed] == ["file =", "motion", "g = { "]
+    assert changed[0][1] == f'file = "{tmp_path.as_posix()}/net.vtu"   # relative to this file'
+    assert main(["run", str(copy), "-o", str(tmp_path / "again")]) == 0
+    assert (tmp_path / "again" / "scenario.toml").read_bytes() == copy.read_bytes()
+
+
+def test_copy_of_a_scenario_that_is_written_oddly_says_where_its_files_are(tmp_path):
+    text = SCENARIO.replace("[0, 0, -9.81]", '{ file = """g.csv""" }')
+    (tmp_path / "g.csv").write_text("t,x,y,z\n0,0,0,0\n1,0,0,0\n")
+    (tmp_path / "s.toml").write_text(text)
+    assert main(["run", str(tmp_path / "s.toml"), "-o", str(tmp_path / "out")]) == 0
+    copy = (tmp_path / "out" / "scenario.toml").read_text()
+    assert copy == f"# names of files are relative to {tmp_path.as_posix()}\n{text}"
+
+
 def test_bad_scenario_leaves_a_former_run_as_it_was(tmp_path, capsys):
     out = tmp_path / "out"
     assert main(["run", str(scenario(tmp_path)), "-o", str(out)]) == 0
@@ -367,12 +522,26 @@ def test_bad_scenario_leaves_a_former_run_as_it_was(tmp_path, capsys):
     ("arguments", "word"),
     [
         (["fly"], "fly"),
-        (["run"], "scenario"),
+        (["run"], "SCENARIO is missing: netdae run SCENARIO.toml. See netdae run --help"),
         (["run", "a.toml", "--overwrit"], "--overwrit"),
-        (["run", "a.toml", "b.toml"], "b.toml"),
+        (["run", "a.toml", "b.toml"], "b.toml is too much: netdae run takes one scenario at a time"),
+        (["info", "a.vtu", "b.vtu"], "b.vtu is too much: netdae info takes one mesh at a time"),
+        (
+            ["run", "a.toml", "-o", ""],
+            'Invalid value for -o: "" is empty, expected a name, or . for this folder',
+        ),
+        (
+            ["run", "a.toml", "--ensemble", "2.5"],
+            'Invalid value for --ensemble: "2.5", expected a whole number',
+        ),
+        (["info"], "MESH is missing: netdae info MESH."),
         (["run", "a.toml", "-o"], "-o"),
         (["--bogus"], "--bogus"),
-        (["mesh", "square", "--side", "wide", "--cells", "2", "-o", "x.vtu"], "wide"),
+        (["mesh", "square", "--side", "wide", "--cells", "2", "-o", "x.vtu"], '"wide", expected a number'),
+        (
+            ["mesh", "square", "--side", "1", "--cells", "4.9", "-o", "x.vtu"],
+            '"4.9", expected a whole number',
+        ),
         (["mesh", "square", "--side", "1", "-o", "x.vtu"], "cells"),
         (["info", "no.vtu"], "no.vtu"),
     ],
@@ -393,3 +562,46 @@ def test_process_says_its_line_and_exits_with_2(tmp_path):
         assert done.returncode == 2
         assert len(done.stderr.splitlines()) == 1
         assert done.stdout == ""
+
+
+NETDAE = (sys.executable, "-c", "import sys; from netdae.cli import main; sys.exit(main())")
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="a device of Linux")
+def test_output_that_is_full_is_one_line_after_the_run(tmp_path):
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(
+            [*NETDAE, "run", str(scenario(tmp_path)), "-o", str(tmp_path / "out")],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+    assert done.returncode == 1
+    assert (
+        done.stderr
+        == "what is printed cannot be written: No space left on device: make room, or print elsewhere\n"
+    )
+    assert (tmp_path / "out" / "summary.json").exists()
+
+
+@pytest.mark.skipif(os.name != "posix", reason="a shell of POSIX")
+@pytest.mark.parametrize("end", [">&-", "| true"])
+def test_output_that_is_closed_ends_no_run(end, tmp_path):
+    command = f"{shlex.join([*NETDAE, 'run', str(scenario(tmp_path)), '-o', str(tmp_path / 'out')])} {end}"
+    done = subprocess.run(["sh", "-c", command], stderr=subprocess.PIPE, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert '"finished"' in (tmp_path / "out" / "summary.json").read_text()
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "cp1252"])
+def test_signs_that_the_output_cannot_take_are_replaced(encoding, tmp_path):
+    file = scenario(tmp_path, 'title = "small"', 'title = "a net of 1 m² with Δ"')
+    environment = {**os.environ, "PYTHONIOENCODING": encoding}
+    done = subprocess.run([*NETDAE, "check", str(file)], capture_output=True, env=environment)
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert done.stdout.decode(encoding).startswith("a net of 1 m")
+    done = subprocess.run([*NETDAE, "schema"], capture_output=True, env=environment)
+    assert (
+        "kg/m³"
+        in json.loads(done.stdout.decode("utf-8"))["$defs"]["Cord"]["properties"]["density"]["description"]
+    )

@@ -17,8 +17,9 @@ import pytest
 import netdae as nd
 from netdae.cli import main
 from netdae.forces.cables import Cables
-from netdae.jacobian_check import _colours_of, stiffest_frequency
+from netdae.jacobian_check import _colours_of, compare_jacobian, stiffest_frequency
 from netdae.observers import read_checkpoint
+from netdae.scenario import Simulation
 from netdae.vtk import VtuSeries, read_frame, read_series
 
 ROOT = Path(__file__).parent.parent
@@ -142,14 +143,16 @@ def test_warnings_are_said_and_kept(tmp_path, capsys):
 
 
 # A force that no number can hold two moments after it sets in: the run fails under way
+BLOW = "t,x,y,z\n0,0,0,0\n0.06,0,0,0\n0.06,1e200,0,0\n1,1e200,0,0\n"
 DOOMED = SHOT.replace(
-    "[solver]", '[[loads]]\nkind = "nodal"\ngroup = "corners"\nforce = [1e200, 0, 0]\nbegin = 0.06\n[solver]'
+    "[solver]", '[[loads]]\nkind = "nodal"\ngroup = "corners"\nforce = { file = "blow.csv" }\n[solver]'
 )
 
 
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
 def test_run_that_fails_keeps_what_was_computed_and_exits_with_1(tmp_path, capsys):
     out = tmp_path / "out"
+    (tmp_path / "blow.csv").write_text(BLOW)
     assert main(["run", str(write(tmp_path, DOOMED)), "-o", str(out)]) == 1
     (line,) = capsys.readouterr().err.splitlines()
     assert "at t = 0.06" in line
@@ -308,6 +311,99 @@ def test_check_finds_a_wrong_tangent_and_exits_with_1(spoil, tmp_path, capsys, m
     assert re.search(r"F₂ of node \d+ along [xyz] with respect to [xv] along [xyz] of node \d+", line)
 
 
+AT_REST = SHOT.replace("scale = [0.8, 0.8, 1.0]\n", "")
+"""The shot from the reference shape, where every cable is at its rest length: at the kink of Eq. (4)."""
+
+DASHPOT = 'kind = "dashpot"\nviscosity_time = 1e-4'
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "left_out"),
+    [
+        ("", "", 40),
+        ("[initial]", "[initial]\nrotation_deg = [10.0, 20.0, 30.0]", 40),
+        ("[initial]", "[initial]\nscale = [1.0, 1.01, 1.0]", 20),
+        ("cells = 4", "cells = 4\nsubdivide = 3", 120),
+        ('"square"\nside = 1.0\ncells = 4', '"radial"\nradius = 1.0\nrings = 3\nspokes = 8', 48),
+        (DASHPOT, 'kind = "dashpot"\nzeta = 0.1', 40),
+        (DASHPOT, 'kind = "dashpot"\nviscosity_time = 1.0', 40),
+        (DASHPOT, 'kind = "rayleigh"\nbeta = 1e-4', 40),
+        (DASHPOT, 'kind = "none"', 40),
+        ("[damping]", "toe_strain = 1e-3\n[damping]", 40),
+        ("[damping]", 'law = "engineering"\n[damping]', 40),
+        ("[initial]", "[initial]\nscale = [1.01, 1.01, 1.0]", 0),
+    ],
+    ids=[
+        "plain",
+        "rotated",
+        "stretched along y",
+        "subdivided",
+        "radial",
+        "zeta",
+        "thick dashpot",
+        "rayleigh",
+        "undamped",
+        "toe",
+        "engineering",
+        "taut",
+    ],
+)
+def test_check_of_a_net_that_starts_at_a_kink_says_what_it_leaves_out(old, new, left_out, tmp_path, capsys):
+    assert main(["check", str(write(tmp_path, AT_REST.replace(old, new)))]) == 0
+    start, *states = re.findall(r"Jacobian, .*", capsys.readouterr().out)
+    assert start.endswith(f" slack, {left_out} at a kink left out" if left_out else " slack")
+    assert not any("kink" in state for state in states)
+
+
+@pytest.mark.parametrize(
+    ("law", "stretch"),
+    [("st_venant_kirchhoff", np.sqrt(1.2)), ("engineering", 1.1)],  # E11 = 0.1, λ − 1 = 0.1
+)
+def test_check_leaves_out_cables_at_the_end_of_their_toe_by_the_law_s_own_strain(
+    law, stretch, tmp_path, capsys
+):
+    toe = f'toe_strain = 0.1\nlaw = "{law}"\n[damping]'
+    text = AT_REST.replace("[damping]", toe).replace(
+        "[initial]", f"[initial]\nscale = [{stretch}, 1.05, 1.0]"
+    )
+    assert main(["check", str(write(tmp_path, text))]) == 0
+    assert "40 cables taut, 0 slack, 20 at a kink left out" in capsys.readouterr().out
+
+
+def test_check_leaves_out_cables_whose_dashpot_is_just_held_at_zero():
+    """S11 = E (E11 + τ Ė11): a cable of 1 m, 1 % long, whose ends approach at just this rate."""
+    net = nd.CableNet([[0, 0, 0], [1.01, 0, 0], [2.02, 0, 0]], [[0, 1], [1, 2]], rest_length=[1.0, 1.0])
+    system = nd.System(
+        net, nd.Material(youngs_modulus=1e9, density=1e3, area=1e-6), damping=nd.Dashpot(viscosity_time=1e-3)
+    )
+    v = np.zeros((3, 3))
+    v[0, 0] = 0.5 * (1.01**2 - 1) / 1e-3 / 1.01
+    simulation = Simulation("", system, nd.State.at(net.nodes, v), np.array([0.0, 1.0]), None, None)
+    (start,) = compare_jacobian(simulation, states=0)
+    assert (start.taut, start.at_kinks) == (2, 1)
+    assert start.agrees
+
+
+@pytest.mark.parametrize("where", ["at the start", "at other states"])
+def test_check_finds_a_wrong_tangent_beside_cables_at_a_kink(where, tmp_path, monkeypatch):
+    """At the start by the cables that are not at a kink, and else by the states that follow."""
+    right = Cables.tangent
+
+    def wrong(self, t, x, v):
+        tangent = right(self, t, x, v)
+        if len(tangent.elements):
+            with_one_wrong_entry(tangent.dx, tangent.dv)
+        return tangent
+
+    monkeypatch.setattr(Cables, "tangent", wrong)
+    stretch = "[initial]\nscale = [1.01, 1.0, 1.0]" if where == "at the start" else "[initial]"
+    simulation = nd.read_scenario(write(tmp_path, AT_REST.replace("[initial]", stretch))).build()
+    start, *others = compare_jacobian(simulation)
+    assert start.at_kinks == (20 if where == "at the start" else 40)
+    assert start.agrees == (where != "at the start")
+    assert not any(each.agrees for each in others)
+
+
 def test_directions_of_the_check_meet_each_row_once(tmp_path):
     system = nd.read_scenario(write(tmp_path)).build().system
     colours = _colours_of(system)
@@ -338,6 +434,15 @@ def test_stiffest_frequency_of_a_large_net_is_that_of_all_its_modes():
     K, weight = system.damping_matrix().toarray(), np.sqrt(np.repeat(system.mass, 3))
     expected = np.sqrt(np.linalg.eigvalsh(K / np.outer(weight, weight))[-1]) / (2 * np.pi)
     assert stiffest_frequency(system) == pytest.approx(expected, rel=1e-5)
+
+
+def test_stiffest_frequency_of_masses_near_the_smallest_number_is_a_number():
+    """Its square would overflow: 4 EA / (L m) with m of 1e-306 kg and EA of 1 kN."""
+    net = nd.CableNet([[0, 0, 0], [1.0, 0, 0]], [[0, 1]])
+    for nodes in (net, nd.CableNet(np.zeros((2, 3)), net.cables, rest_length=[1.0])):
+        cord = nd.Material(youngs_modulus=1e6, area=1e-3, linear_density=1e-306)
+        frequency = stiffest_frequency(nd.System(nodes, cord, damping=nd.NoDamping()))
+        assert frequency == pytest.approx(np.sqrt(1e3) / np.sqrt(1e-306) / np.pi, rel=1e-9)
 
 
 def test_schema_is_json_that_knows_the_keys(capsys):
