@@ -17,6 +17,7 @@ from scipy.sparse.linalg import eigsh
 from netdae import linear_solver, matrices
 from netdae._arrays import BoolArray, FloatArray, IntArray
 from netdae.assembly import assembled
+from netdae.forces.cables import law_of, own_strain_of
 from netdae.scenario import Simulation
 from netdae.state import State
 from netdae.system import System
@@ -27,11 +28,18 @@ LIMIT = 1e-5
 STIFFNESS = 1e3
 """c_j in 1/s: about that of a flight's steps."""
 
+STEP = 1e-6
+"""Differences move a node by this share of the shortest rest length, or of the largest speed (1 m/s at least)."""
+
+MARGIN = 10.0
+"""A cable stands at a kink of its law nearer than so many times what one difference stretches it."""
+
 
 @dataclass(frozen=True)
 class Comparison:
     """How J agrees with differences at one state.
 
+    at_kinks : number of cables that stand at a kink, where there is no derivative; J without them is compared
     error : largest error of an entry, as a share of the largest of its row
     place : the row and the column of that entry, in words
     """
@@ -39,6 +47,7 @@ class Comparison:
     name: str
     taut: int
     slack: int
+    at_kinks: int
     error: float
     place: str
 
@@ -49,11 +58,13 @@ class Comparison:
 
 
 def compare_jacobian(simulation: Simulation, *, states: int = 3, seed: int = 1) -> list[Comparison]:
-    """J against differences at the start and at seeded states with taut and slack cables."""
+    """J against differences at the start and at seeded states with taut and slack cables.
+
+    A cable at a kink of its law, as all are in a net that starts in its reference shape, is taken out there.
+    """
     system, start = simulation.system, simulation.start
     end = float(simulation.times[-1])
-    jumps = [*system.jumps_within(start.t, end), end]
-    phase = system.during(start.t, jumps[0])
+    _, _, phase = next(system.phases(start.t, end))
     rng = np.random.default_rng(seed)
     named = [("start", start)]
     for number in range(states):
@@ -65,7 +76,7 @@ def compare_jacobian(simulation: Simulation, *, states: int = 3, seed: int = 1) 
 def _random_state(system: System, t: float, rng: np.random.Generator) -> State:
     """About half of the cables taut by up to some per cent, nodes moving so that the dashpot counts."""
     net = system.net
-    span = np.linalg.norm(net.nodes[net.cables[:, 1]] - net.nodes[net.cables[:, 0]], axis=1)
+    span = np.linalg.norm(net.spans, axis=1)
     spread = float(np.median(net.rest_length[span > 0] / span[span > 0])) if span.any() else 1.0
     length = float(net.rest_length.min())
     reach = (0.01 if span.any() else 1.0) * length
@@ -97,12 +108,14 @@ def _colours_of(system: System) -> IntArray:
 def _compared(system: System, name: str, state: State, colours: IntArray) -> Comparison:
     x, v, t = state.x, state.v, system.inside(state.t)
     strain = system.strain(x)
+    steps = (STEP * float(system.net.rest_length.min()), STEP * max(1.0, float(np.abs(v).max())))
+    at_kinks = _at_kinks(system, x, v, steps)
+    system = system.without(at_kinks)
     n, cj = system.net.node_count, STIFFNESS
     J = linear_solver.full_jacobian(system, t, x, v, cj)
     largest = abs(J).max(axis=1).toarray().ravel()
     y = np.stack((x, v))
     ydot = np.stack((v, np.zeros_like(v)))
-    steps = (1e-6 * float(system.net.rest_length.min()), 1e-6 * max(1.0, float(np.abs(v).max())))
     F = _residual(system, t, y, ydot)
     worst, place = 0.0, ""
     for part, axis, colour in np.ndindex(2, 3, int(colours.max()) + 1):
@@ -112,14 +125,33 @@ def _compared(system: System, name: str, state: State, colours: IntArray) -> Com
         ahead, behind = (_residual(system, t, y + s * d, ydot + cj * s * d) for s in (h, -h))
         one, other = (ahead - F) / h, (F - behind) / h
         product = (J @ d.ravel()).reshape(2, n, 3)
-        # at a kink J lies between the differences of both sides; elsewhere these are one
+        # at a kink of a further force J lies between the differences of both sides; elsewhere these are one
         outside = np.maximum(np.minimum(one, other) - product, product - np.maximum(one, other))
         error = np.maximum(outside, 0.0).ravel() / largest
         row = int(error.argmax())
         if not error[row] <= worst:
             worst = float(error[row])
             place = _place_of(row, part, axis, colours == colour, J, n)
-    return Comparison(name, int((strain > 0).sum()), int((strain <= 0).sum()), worst, place)
+    taut, slack = int((strain > 0).sum()), int((strain <= 0).sum())
+    return Comparison(name, taut, slack, int(at_kinks.sum()), worst, place)
+
+
+def _at_kinks(system: System, x: FloatArray, v: FloatArray, steps: tuple[float, float]) -> BoolArray:
+    """Cables (m,) at E11 = 0, at the end of their toe or where the dashpot's clamp sets in, S11 = 0."""
+    cables = system.cables
+    d, w = (y[cables.nodes[:, 1]] - y[cables.nodes[:, 0]] for y in (x, v))
+    LL = cables.L**2
+    E11, rate = cables.strain(x), np.einsum("ei,ei->e", d, w) / LL
+    each = list(zip(E11, cables.eps, cables.engineering, strict=True))
+    g, dg, ddg, _ = np.array([law_of(*law) for law in each]).T
+    own = np.array([own_strain_of(strain, engineering) for strain, _, engineering in each])
+    length, speed = np.linalg.norm(d, axis=1), np.linalg.norm(w, axis=1)
+    of_strain, of_rate = steps[0] * length / LL, (steps[0] * speed + steps[1] * length) / LL
+    of_stress = (dg + cables.tau * np.abs(ddg * rate)) * of_strain + cables.tau * dg * of_rate
+    turns = np.abs(E11) <= MARGIN * of_strain
+    leaves_toe = (cables.eps > 0) & (np.abs(own - cables.eps) <= MARGIN * of_strain)
+    clamps = (E11 > 0) & (cables.tau > 0) & (np.abs(g + cables.tau * dg * rate) <= MARGIN * of_stress)
+    return turns | leaves_toe | clamps
 
 
 def _residual(system: System, t: float, y: FloatArray, ydot: FloatArray) -> FloatArray:
@@ -141,18 +173,20 @@ def _place_of(row: int, part: int, axis: int, moved: BoolArray, J: sparse.csr_ma
 def stiffest_frequency(system: System) -> float:
     """Highest frequency in Hz of the net in its reference shape with every cable taut and above its toe."""
     net = system.net
-    span = net.nodes[net.cables[:, 1]] - net.nodes[net.cables[:, 0]]
+    span = net.spans
     stiffness = system.cords.axial_stiffness / net.rest_length
     free = ~system.restrained.ravel()
     if not free.any():
         return 0.0
+    mass = np.repeat(system.mass, 3)
+    lightest = float(mass[free].min())  # scales the squares of frequencies, which else might overflow
     weight = np.zeros(3 * net.node_count)
-    weight[free] = 1.0 / np.sqrt(np.repeat(system.mass, 3)[free])
+    weight[free] = np.sqrt(lightest / mass[free])
     if (np.linalg.norm(span, axis=1) == 0).any():  # directions unknown: the bound of the single cables
         single = stiffness * (weight.reshape(-1, 3).max(axis=1)[net.cables] ** 2).sum(axis=1)
         # each node is shared by as many cables as end there
         shares = np.bincount(net.cables.ravel())[net.cables].max(axis=1)
-        return math.sqrt(float((single * shares).max())) / (2 * math.pi)
+        return math.sqrt(float((single * shares).max())) / math.sqrt(lightest) / (2 * math.pi)
     elements = matrices.reference_stiffness(span, system.cords.axial_stiffness, net.rest_length)
     K = assembled(elements, net.cables, net.node_count)
     scale = sparse.diags_array(weight)
@@ -162,4 +196,4 @@ def stiffest_frequency(system: System) -> float:
     else:
         first = np.random.default_rng(1).standard_normal(A.shape[0])
         largest = float(eigsh(A, k=1, which="LA", v0=first, tol=1e-6, return_eigenvectors=False)[0])
-    return math.sqrt(max(largest, 0.0)) / (2 * math.pi)
+    return math.sqrt(max(largest, 0.0)) / math.sqrt(lightest) / (2 * math.pi)

@@ -34,6 +34,12 @@ def strain_of(dx: float, dy: float, dz: float, L: float) -> float:
 
 
 @njit(cache=True)
+def own_strain_of(E11: float, engineering: bool) -> float:
+    """The strain e in which a law and its toe are told: E11, or λ − 1 of the engineering law."""
+    return 2.0 * E11 / (1.0 + np.sqrt(1.0 + 2.0 * E11)) if engineering else E11
+
+
+@njit(cache=True)
 def law_of(E11: float, eps: float, engineering: bool) -> tuple[float, float, float, float]:
     """g/E, g′/E, g″/E and the stored energy per EĀL̄ of the law with toe; zero for a slack cable.
 
@@ -43,15 +49,14 @@ def law_of(E11: float, eps: float, engineering: bool) -> tuple[float, float, flo
     """
     if E11 < 0.0:
         return 0.0, 0.0, 0.0, 0.0
-    stretch = np.sqrt(1.0 + 2.0 * E11)
-    e = 2.0 * E11 / (1.0 + stretch) if engineering else E11
+    e = own_strain_of(E11, engineering)
     if e < eps:
         n, dn, ddn, energy = 0.5 * e * e / eps, e / eps, 1.0 / eps, e * e * e / (6.0 * eps)
     else:
         n, dn, ddn, energy = e - 0.5 * eps, 1.0, 0.0, 0.5 * e * (e - eps) + eps * eps / 6.0
     if not engineering:
         return n, dn, ddn, energy
-    s = 1.0 / stretch
+    s = 1.0 / np.sqrt(1.0 + 2.0 * E11)
     return n * s, (dn - n * s) * s * s, (ddn - 3.0 * (dn - n * s) * s) * s * s * s, energy
 
 
