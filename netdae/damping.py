@@ -94,7 +94,7 @@ class Rayleigh:
 
     def forces(self, net: CableNet, cords: Cords, mass: FloatArray) -> list[Force]:
         """The two terms of Eq. (9); raises InputError where a cable has no direction in x̄."""
-        span = net.nodes[net.cables[:, 1]] - net.nodes[net.cables[:, 0]]
+        span = net.spans
         length = np.linalg.norm(span, axis=1)
         if (length == 0).any():
             raise InputError(

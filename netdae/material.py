@@ -6,8 +6,10 @@ Symbols: E Young's modulus, ρ̄ density, Ā cross-section, L̄ rest length, ε 
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from numbers import Real
 from typing import Literal
 
 import numpy as np
@@ -17,6 +19,7 @@ from netdae.errors import InputError
 from netdae.net import CableNet
 
 Law = Literal["st_venant_kirchhoff", "engineering"]
+_SMALLEST = sys.float_info.min  # numbers below lose digits
 LAWS: tuple[Law, ...] = ("st_venant_kirchhoff", "engineering")
 
 
@@ -31,7 +34,7 @@ class Material:
     law : "st_venant_kirchhoff", Eq. (4), or "engineering", N = EĀ (L/L̄ − 1)
     strength : breaking force, N; None where it is not known
 
-    Raises InputError for values that are missing, given twice, not finite or out of range.
+    Raises InputError for values that are missing, given twice, not numbers or out of range.
     """
 
     youngs_modulus: float
@@ -46,26 +49,36 @@ class Material:
     def __post_init__(self) -> None:
         for each in fields(self):
             value = getattr(self, each.name)
-            if each.name == "law" or value is None:
+            if each.name == "law" or (value is None and each.default is None):
                 continue
-            low_enough = value >= 0 if each.name == "toe_strain" else value > 0
-            if not (math.isfinite(value) and low_enough):
-                bound = "zero or more" if each.name == "toe_strain" else "above zero"
-                raise InputError(f"material: {each.name} is {value:g}: give a finite number {bound}")
+            bound = "zero or more" if each.name == "toe_strain" else "above zero"
+            if not isinstance(value, Real):
+                raise InputError(f"material: {each.name} is {value!r}: give a finite number {bound}")
+            number = float(value)
+            high_enough = number >= 0 if each.name == "toe_strain" else number > 0
+            if not (math.isfinite(number) and high_enough):
+                raise InputError(f"material: {each.name} is {number:g}: give a finite number {bound}")
         if self.law not in LAWS:
             raise InputError(f"material: law is {self.law!r}: choose one of {', '.join(LAWS)}")
         _just_one("density", self.density, "linear_density", self.linear_density)
         _just_one("diameter", self.diameter, "area", self.area)
+        area = self.cross_section
+        per_length = area * self.density if self.linear_density is None else self.linear_density  # type: ignore[operator]
+        for name, value, unit in (
+            ("cross-section", area, "m²"),
+            ("linear density", per_length, "kg/m"),
+            ("axial stiffness", self.youngs_modulus * area, "N"),
+        ):
+            if not _SMALLEST <= value < math.inf:
+                raise InputError(
+                    f"material: the {name} comes out as {value:g} {unit}: look at the units of diameter or area, "
+                    "density and youngs_modulus"
+                )
 
     @property
     def cross_section(self) -> float:
         """Ā, m²."""
-        return self.area if self.area is not None else math.pi * self.diameter**2 / 4  # type: ignore[operator]
-
-    @property
-    def mass_density(self) -> float:
-        """ρ̄, kg/m³."""
-        return self.density if self.density is not None else self.linear_density / self.cross_section  # type: ignore[operator]
+        return self.area if self.area is not None else math.pi * self.diameter * self.diameter / 4  # type: ignore[operator]
 
 
 def _just_one(first: str, one: float | None, second: str, other: float | None) -> None:
@@ -84,6 +97,8 @@ class Cords:
     toe_strain : ε
     engineering : True where the law is the linear spring
     strength : N, infinite where it is not known
+
+    A linear_density of the material stays whatever the net's own diameter or area; only its density overrides it.
     """
 
     axial_stiffness: FloatArray
@@ -102,13 +117,14 @@ class Cords:
         """
         by_group = {"all": materials} if isinstance(materials, Material) else dict(materials)
         m = net.cable_count
-        modulus, density, area, toe = (np.full(m, np.nan) for _ in range(4))
+        modulus, density, per_length, area, toe = (np.full(m, np.nan) for _ in range(5))
         strength = np.full(m, np.inf)
         engineering = np.zeros(m, dtype=np.bool_)
         for group, material in by_group.items():
             cables = net.cables_of(group)
             modulus[cables] = material.youngs_modulus
-            density[cables] = material.mass_density
+            density[cables] = np.nan if material.density is None else material.density
+            per_length[cables] = np.nan if material.linear_density is None else material.linear_density
             area[cables] = material.cross_section
             toe[cables] = material.toe_strain
             engineering[cables] = material.law == "engineering"
@@ -121,17 +137,31 @@ class Cords:
         data = net.cable_data
         modulus = _overridden(modulus, data.get("youngs_modulus"))
         density = _overridden(density, data.get("density"))
-        if "diameter" in data:
-            area = _overridden(area, np.pi * data["diameter"] ** 2 / 4)
-        area = _overridden(area, data.get("area"))
+        with np.errstate(over="ignore"):
+            if "diameter" in data:
+                area = _overridden(area, np.pi * data["diameter"] ** 2 / 4)
+            area = _overridden(area, data.get("area"))
+            per_length = np.where(np.isnan(density), per_length, density * area)
+            axial_stiffness = modulus * area
+        _check_range("axial stiffness", axial_stiffness, "N")
+        _check_range("linear density", per_length, "kg/m")
         engineering.flags.writeable = False
         return cls(
-            frozen_floats(modulus * area),
-            frozen_floats(density * area),
+            frozen_floats(axial_stiffness),
+            frozen_floats(per_length),
             frozen_floats(area),
             frozen_floats(toe),
             engineering,
             frozen_floats(strength),
+        )
+
+
+def _check_range(name: str, values: FloatArray, unit: str) -> None:
+    wrong = np.flatnonzero(~((values >= _SMALLEST) & (values < np.inf)))
+    if len(wrong):
+        raise InputError(
+            f"cable {wrong[0]} has the {name} {values[wrong[0]]:g} {unit}: look at the units of its diameter or area, "
+            "density and youngs_modulus"
         )
 
 

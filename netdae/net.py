@@ -27,7 +27,8 @@ class CableNet:
 
     nodes : (n, 3), m, the reference positions x̄
     cables : (m, 2), the nodes that each cable joins
-    node_groups, cable_groups : name to sorted indices; the group "all" is always there
+    node_groups, cable_groups : name to indices, or to one bool per node or cable; kept as sorted indices;
+        the group "all" is always there
     rest_length : (m,), m, L̄; by default the distance in x̄
     cable_data : any of `CABLE_DATA` to (m,) values, SI units, NaN where the material holds
 
@@ -46,8 +47,7 @@ class CableNet:
         _check_nodes(nodes)
         _check_cables(cables, len(nodes))
         if self.rest_length is None:
-            spans = nodes[cables[:, 1]] - nodes[cables[:, 0]]
-            rest_length = frozen_floats(np.linalg.norm(spans, axis=1))
+            rest_length = frozen_floats(np.linalg.norm(_spans_of(nodes, cables), axis=1))
         else:
             rest_length = frozen_floats(self.rest_length)
         _check_rest_length(rest_length, cables)
@@ -68,6 +68,11 @@ class CableNet:
     def cable_count(self) -> int:
         """Number of cables m."""
         return len(self.cables)
+
+    @property
+    def spans(self) -> FloatArray:
+        """x̄ⱼ − x̄ᵢ of each cable from node i to node j, (m, 3), m."""
+        return _spans_of(self.nodes, self.cables)
 
     def nodes_of(self, group: str) -> IntArray:
         """Node indices of a group; raises InputError that names the groups there are."""
@@ -113,6 +118,10 @@ class CableNet:
     @classmethod
     def _from(cls, pattern: patterns.Pattern) -> CableNet:
         return cls(pattern.nodes, pattern.cables, pattern.node_groups, pattern.cable_groups)
+
+
+def _spans_of(nodes: FloatArray, cables: IntArray) -> FloatArray:
+    return nodes[cables[:, 1]] - nodes[cables[:, 0]]
 
 
 def _cables_of(cables: Any) -> IntArray:
@@ -164,13 +173,24 @@ def _check_rest_length(rest_length: FloatArray, cables: IntArray) -> None:
 def _groups_of(groups: Mapping[str, Any], count: int, kind: str) -> Mapping[str, IntArray]:
     result = {"all": frozen_ints(np.arange(count))}
     for name, members in groups.items():
-        indices = np.unique(np.asarray(members, dtype=np.int64))
+        indices = np.unique(_indices_of(members, count, f"{kind} group {name!r}"))
         if len(indices) and (indices[0] < 0 or indices[-1] >= count):
             wrong = indices[0] if indices[0] < 0 else indices[-1]
             raise InputError(f"{kind} group {name!r} holds {kind} {wrong}, but the net has {count} {kind}s")
         if name != "all":
             result[name] = frozen_ints(indices)
     return MappingProxyType(result)
+
+
+def _indices_of(members: Any, count: int, what: str) -> IntArray:
+    array = np.asarray(members)
+    if array.dtype == np.bool_ and array.shape == (count,):
+        return np.flatnonzero(array)
+    if array.size and array.dtype.kind not in "iu":
+        raise InputError(
+            f"{what} holds {array.shape} of {array.dtype}: give whole numbers, or a mask of {count} booleans"
+        )
+    return array.astype(np.int64)
 
 
 def _cable_data_of(data: Mapping[str, Any], count: int) -> Mapping[str, FloatArray]:
