@@ -41,7 +41,7 @@ class Integration:
         self._times = times
         self._watch = watch
         self._drive = system.drive_from(start.x)
-        self._drive.check_start(start.t, start.v)
+        self._drive.check_start(start.t, start.v, float(times[-1]))
         system.check_covers(float(times[0]), float(times[-1]))
         self._method = options.method
         self._solver = _stepper_of(system, self._drive, options)

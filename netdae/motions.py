@@ -6,15 +6,18 @@ there and the impulse booked. Positions never jump.
 
 from __future__ import annotations
 
+import math
+from bisect import bisect_right
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.interpolate import CubicHermiteSpline, CubicSpline, PPoly
 
-from netdae._arrays import FloatArray, frozen_floats
+from netdae._arrays import FloatArray, IntArray, frozen_floats
 from netdae.errors import InputError
 from netdae.signals import Interpolation, check_table
 
@@ -55,7 +58,10 @@ class Fixed:
 
 @dataclass(frozen=True, eq=False)
 class FunctionMotion:
-    """u(t), u̇(t), ü(t) as functions that return three numbers; all three must belong together."""
+    """u(t), u̇(t), ü(t) as functions that return three numbers; all three must belong together.
+
+    A flight checks this at a few times, see `check_derivatives`.
+    """
 
     displacement: Callable[[float], ArrayLike]
     velocity: Callable[[float], ArrayLike]
@@ -64,11 +70,12 @@ class FunctionMotion:
     kinks: tuple[float, ...] = ()
 
     def at(self, t: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """u, u̇, ü, each (3,)."""
-        u, du, ddu = (
-            np.asarray(f(t), dtype=np.float64) for f in (self.displacement, self.velocity, self.acceleration)
+        """u, u̇, ü, each (3,); raises InputError if a function returns anything but three numbers."""
+        return (
+            _three("displacement", self.displacement(t), t),
+            _three("velocity", self.velocity(t), t),
+            _three("acceleration", self.acceleration(t), t),
         )
-        return u, du, ddu
 
     def covers(self, begin: float, end: float) -> bool:
         """Always."""
@@ -116,11 +123,16 @@ class TableMotion:
 
     @property
     def jumps(self) -> tuple[float, ...]:
-        """Inner rows of a linear table where the slope changes."""
+        """Inner rows of a linear table where the slope changes by more than round-off."""
         if self.interpolation == "cubic":
             return ()
-        slopes = np.diff(self.displacements, axis=0) / np.diff(self.times)[:, None]
-        return tuple(self.times[1:-1][(np.diff(slopes, axis=0) != 0).any(axis=1)])
+        steps = np.diff(self.times)
+        slopes = np.diff(self.displacements, axis=0) / steps[:, None]
+        # two slopes, each of two displacements and two times rounded by half an ulp; four times this
+        of_u = np.spacing(np.abs(self.displacements).max(axis=0))
+        of_t = np.spacing(np.abs(self.times).max()) * np.abs(slopes).max(axis=0)
+        round_off = 8 * (of_u + of_t) / steps.min()
+        return tuple(self.times[1:-1][(np.abs(np.diff(slopes, axis=0)) > round_off).any(axis=1)])
 
     @property
     def kinks(self) -> tuple[float, ...]:
@@ -135,3 +147,56 @@ class TableMotion:
     def covers(self, begin: float, end: float) -> bool:
         """Whether the rows reach from `begin` to `end`."""
         return bool(self.times[0] <= begin and end <= self.times[-1])
+
+
+def _three(name: str, value: ArrayLike, t: float) -> FloatArray:
+    vector = np.asarray(value, dtype=np.float64)
+    if vector.shape != (3,):
+        raise InputError(
+            f"motion: the {name} at t = {t:g} s is {vector.tolist()!r}: let its function give three numbers"
+        )
+    return vector
+
+
+SAMPLES = tuple(k * 0.5 * (5**0.5 - 1) % 1 for k in range(9))
+"""Where a motion is checked, as shares of the flight; multiples of no time, so that an oscillation is met in
+many phases."""
+
+WRONG = 1e-3
+"""Least error of a derivative that is told, as a share of the largest: the loosest accuracy of a flight."""
+
+
+def check_derivatives(motion: Motion, axes: IntArray, begin: float, end: float) -> None:
+    """Raise InputError where u̇ and ü are not the derivatives of u and u̇ along `axes` (k,), by central differences.
+
+    They are asked between `begin` and `end` only, and never across a declared jump or kink.
+    """
+    cuts = sorted({begin, end, *(t for t in (*motion.jumps, *motion.kinks) if begin < t < end)})
+    times = [begin + share * (end - begin) for share in SAMPLES]
+    largest = np.abs([[f[axes] for f in motion.at(t)] for t in times]).max(axis=(0, 2))
+    # so that an oscillation at any rate is differentiated over a thousandth of a radian
+    rates = [b / a for a, b in pairwise(largest) if a > 0]
+    finest = 1e-3 / max([1.0 / (end - begin), *rates])
+    for sample in times:
+        piece = max(bisect_right(cuts[:-1], sample) - 1, 0)
+        low, high = cuts[piece], cuts[piece + 1]
+        h = min(finest, 0.25 * (high - low))
+        t = min(max(sample, low + 2 * h), high - 2 * h)
+        if not low < t - h < t - 0.5 * h < t < t + 0.5 * h < t + h < high:
+            continue  # no room for differences between round-off
+        for k, (name, of) in enumerate((("velocity", "displacement"), ("acceleration", "velocity"))):
+            coarse, fine = (_difference(motion, k, t, d)[axes] for d in (h, 0.5 * h))
+            told = motion.at(t)[k + 1][axes]
+            # what differences themselves err: by the change with their width, and by the round-off of u and t
+            round_off = 8 * (np.spacing(largest[k]) + math.ulp(t) * largest[k + 1]) / h
+            allowed = WRONG * largest[k + 1] + 10 * np.abs(coarse - fine) + round_off
+            if (np.abs(told - fine) > allowed).any():
+                raise InputError(
+                    f"its {name} is {told.tolist()} at t = {t:g} s, but its {of} changes at the rate {fine.tolist()}: "
+                    f"let its {name} be the derivative of its {of}, or declare its jumps and kinks"
+                )
+
+
+def _difference(motion: Motion, k: int, t: float, h: float) -> FloatArray:
+    before, after = t - h, t + h
+    return (motion.at(after)[k] - motion.at(before)[k]) / (after - before)

@@ -5,13 +5,14 @@ Symbols: c restrained axes of all nodes, mask (n, 3); x_d, v_d, a_d what they pr
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from netdae._arrays import BoolArray, FloatArray, IntArray
 from netdae.errors import InputError
-from netdae.motions import Fixed, Motion
+from netdae.motions import Fixed, Motion, TableMotion, check_derivatives
 from netdae.net import CableNet
 
 
@@ -41,9 +42,11 @@ class Restraint:
 
 
 def mask_of(restraints: tuple[Restraint, ...], net: CableNet) -> BoolArray:
-    """Which axes of which nodes are restrained, (n, 3); raises InputError where two restraints meet."""
+    """Which axes of which nodes are restrained, (n, 3); raises InputError where two meet or one holds nothing."""
     mask = np.zeros((net.node_count, 3), dtype=np.bool_)
     for restraint in restraints:
+        if len(net.nodes_of(restraint.group)) == 0:
+            raise InputError(f"restraint on {restraint.group!r}: the group has no nodes: name another one")
         place = np.ix_(net.nodes_of(restraint.group), restraint.axis_indices)
         if mask[place].any():
             node = net.nodes_of(restraint.group)[int(np.argmax(mask[place].any(axis=1)))]
@@ -85,21 +88,35 @@ class Drive:
             prescribed[2][place] = ddu[axes]
         return prescribed[0], prescribed[1], prescribed[2]
 
-    def check_start(self, t: float, v: FloatArray) -> None:
-        """Raise InputError where the motion at the start contradicts where or how fast the nodes start."""
+    def check_start(self, t: float, v: FloatArray, end: float | None = None) -> None:
+        """Raise InputError where the motion at the start contradicts where or how fast the nodes start.
+
+        end : s, of the flight: up to there its derivatives are checked as well, see `motions.check_derivatives`
+        """
+        size, speed = float(np.abs(self.anchor).max()), float(np.abs(v).max())
         for restraint, place in zip(self.restraints, self.places, strict=True):
-            u, du, _ = restraint.motion.at(t)
+            u, du, ddu = restraint.motion.at(t)
             axes = restraint.axis_indices
+            late_by = 8 * math.ulp(t)  # round-off of the clock in a motion that begins at t
+            pace, gain = float(np.abs(du[axes]).max()), float(np.abs(ddu[axes]).max())
             name = f"restraint on {restraint.group!r}"
-            if np.abs(u[axes]).max() > 1e-12:
+            # round-off of a motion that is a difference of places in the net
+            if np.abs(u[axes]).max() > 1e-12 * size + late_by * pace:
                 raise InputError(
                     f"{name}: its motion begins at {u.tolist()} m from the starting place: "
                     f"let the displacement be zero at t = {t:g} s"
                 )
             difference = np.abs(v[place] - du[axes])
-            if difference.max() > 1e-9 * max(1.0, float(np.abs(du).max())):
+            # the last speed is what the acceleration gives over the size of the net
+            allowed = 1e-9 * max(speed, pace, math.sqrt(size * gain)) + late_by * gain
+            if difference.max() > allowed:
                 node = place[0][int(np.argmax(difference.max(axis=1))), 0]
                 raise InputError(
                     f"{name}: node {node} starts at {v[node].tolist()} m/s, but its motion begins at {du.tolist()} m/s "
                     f"along {restraint.axes}: start it at that velocity, or change the motion"
                 )
+            if end is not None and not isinstance(restraint.motion, Fixed | TableMotion):  # those cannot err
+                try:
+                    check_derivatives(restraint.motion, axes, t, end)
+                except InputError as error:
+                    raise InputError(f"{name}: {error}") from error

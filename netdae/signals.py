@@ -7,7 +7,7 @@ time is kept strictly inside, so that both one-sided values are met.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Literal, Protocol
 
@@ -91,7 +91,7 @@ class Pulse:
 
     def __call__(self, t: float) -> FloatArray:
         """Value (3,) at time t."""
-        return self.value if self.begin < t < self.end else np.zeros(3)  # type: ignore[return-value]
+        return self.value if self.begin <= t < self.end else np.zeros(3)  # type: ignore[return-value]
 
     def covers(self, begin: float, end: float) -> bool:
         """Always."""
@@ -196,8 +196,3 @@ def _vector(value: ArrayLike, what: str) -> FloatArray:
     if vector.shape != (3,) or not np.isfinite(vector).all():
         raise InputError(f"{what} gives {np.asarray(value).tolist()!r}: expected three finite numbers")
     return vector
-
-
-def times_within(times: Sequence[float], begin: float, end: float) -> list[float]:
-    """Sorted distinct times strictly between `begin` and `end`."""
-    return sorted({float(t) for t in times if begin < t < end})
