@@ -23,7 +23,7 @@ from netdae._arrays import BoolArray, FloatArray, IntArray
 from netdae.assembly import assembled, scatter_add
 from netdae.errors import RunError
 from netdae.forces.cables import law_of
-from netdae.forces.protocol import Force
+from netdae.forces.protocol import Force, Tangent
 from netdae.system import System
 
 FIRST_FADE, FADE_FACTOR, LAST_FADE = 0.1, 0.1, 1e-15  # δ: the first makes a packed net as stiff as a taut one
@@ -75,7 +75,7 @@ class Balance:
         loads = np.abs(np.where(self._system.restrained, 0.0, p)).max(axis=1)
         self._load = float(loads.max())
         self._least_load = float(loads[self.moving.any(axis=1)].min(initial=self._load))
-        if any(f.external and f.newton != "nothing" and self._sum_of([f], x).any() for f in self._others):
+        if any(f.external and self._tangent_of(f, x).dx.any() for f in self._others):
             return  # a force that changes with x may hold the net
         for part in range(int(self._parts.max()) + 1):
             nodes = np.flatnonzero(self._parts == part)
@@ -120,9 +120,14 @@ class Balance:
         along = c[:, None, None] * d[:, :, None] * d[:, None, :]
         T = assembled(self._elements(q, along), self._cables.nodes, n)
         for force in self._others:
-            if force.newton != "nothing":
-                T = T + _tangent_matrix(force, self._t, x, self._still)
+            elements, K, _ = self._tangent_of(force, x)
+            if len(elements):
+                other = -assembled(K, force.nodes[elements], n)
+                T = T + 0.5 * (other + other.T)
         return T
+
+    def _tangent_of(self, force: Force, x: FloatArray) -> Tangent:
+        return force.tangent(self._t, x[force.nodes], self._still[force.nodes])
 
     @staticmethod
     def _elements(q: FloatArray, along: FloatArray) -> FloatArray:
@@ -153,13 +158,6 @@ class Balance:
             f"{'xyz'[int(axis)]} is left on node {node}, {self.allowed(x):g} N are allowed: "
             "start nearer to rest, or raise the tolerance"
         )
-
-
-def _tangent_matrix(force: Force, t: float, x: FloatArray, v: FloatArray) -> sparse.csr_matrix:
-    """Symmetric part of −∂f/∂x of one force, (3n, 3n)."""
-    elements, K, _ = force.tangent(t, x[force.nodes], v[force.nodes])
-    T = -assembled(K, force.nodes[elements], len(x))
-    return 0.5 * (T + T.T)
 
 
 def graph_of(cables: IntArray, node_count: int) -> sparse.coo_matrix:

@@ -32,8 +32,9 @@ HISTORY = (
 )
 """Names of the histories, in SI units.
 
-tension, load (tension over strength), strain and toe_multiple (strain over toe strain) are the largest of the net,
-..._cable their cables; taut_count and toe_count count the cables with a toe that are taut, and that are in it.
+tension, load (tension over strength), strain and toe_multiple (the law's own strain over toe strain) are the
+largest of the net, ..._cable their cables; taut_count and toe_count count the cables with a toe that are taut, and
+that are in it.
 """
 
 

@@ -9,12 +9,14 @@ import numpy as np
 from numba import njit
 
 from netdae._arrays import BoolArray, FloatArray, IntArray
+from netdae.errors import InputError
 from netdae.figures import HISTORY, figures_of
-from netdae.forces.cables import law_of, strain_of
+from netdae.forces.cables import law_of, own_strain_of, strain_of
 from netdae.mouth import corners_of, mouth_of, vector_area
 from netdae.state import State
 
 if TYPE_CHECKING:
+    from netdae.net import CableNet
     from netdae.system import System
 
 COLUMNS = (
@@ -56,7 +58,7 @@ class DeploymentMetrics:
     distance : of the centre of mass from its start along the initial momentum, m; the straight distance
         where the start has no momentum
     energy_residual : (kinetic + elastic + dissipated − external work) − its start, J
-    max_tension : the largest tension since the row before, N; without the dashpot's share
+    max_tension : the largest at internal steps since the row before, N; without the dashpot's share
     taut_fraction : share of the cables that are taut
     """
 
@@ -67,10 +69,10 @@ class DeploymentMetrics:
         self._history = array("d")
 
     def begin(self, system: System) -> None:
-        """Find the loops; raises InputError if the mouth is not one closed loop."""
+        """Find the loops; raises InputError if the mouth is not one closed loop, and says how to do without."""
         net = system.net
         self._system = system
-        self._loop = mouth_of(net, self.mouth) if self.mouth is not None else None
+        self._loop = self._mouth_loop_of(net)
         self._corner_loop = self._corner_loop_of(net)
         self._share_of_mass = system.mass / system.mass.sum()
         self._has_strength = bool(np.isfinite(system.strength).any())
@@ -132,7 +134,7 @@ class DeploymentMetrics:
             total - self._start_total,
             *system.momentum(v),
             *system.angular_momentum(x, v),
-            max(books.peak_tension, system.tension(x).max()),
+            books.peak_tension,
             np.count_nonzero(system.strain(x) > 0) / system.net.cable_count,
         )
         return tuple(map(float, row))
@@ -163,7 +165,17 @@ class DeploymentMetrics:
             toe=self._has_toe,
         )
 
-    def _corner_loop_of(self, net: Any) -> IntArray | None:
+    def _mouth_loop_of(self, net: CableNet) -> IntArray | None:
+        if self.mouth is None:
+            return None
+        try:
+            return mouth_of(net, self.mouth)
+        except InputError as error:
+            raise InputError(
+                f'{error}; a net without a mouth has mouth = "none" in [metrics], mouth=None in Python'
+            ) from error
+
+    def _corner_loop_of(self, net: CableNet) -> IntArray | None:
         if self._loop is None or self.corners is None:
             return None
         if self.corners == "corners" and self.corners not in net.node_groups:
@@ -225,8 +237,9 @@ def _measured(
             load, load_cable = N / strength[e], e
         if eps[e] > 0.0:
             taut_count += 1
-            toe_count += eps[e] > E11
-            multiple = max(multiple, E11 / eps[e])
+            own = own_strain_of(E11, engineering[e])
+            toe_count += eps[e] > own
+            multiple = max(multiple, own / eps[e])
     return (
         kinetic,
         elastic,

@@ -80,7 +80,9 @@ def cheaper_method(system: System) -> dict[str, str]:
         return {"method": "ida", "reason": "no cable can move, so that no step is too long for IDA"}
     shorter = free / damped
     if shorter > SHORTENED:
-        reason = f"damping shortens the stable explicit step {shorter:.3g} times, to {damped:.3g} s; IDA's goes on"
+        reason = (
+            f"damping shortens the stable explicit step {shorter:.3g} times, to {damped:.3g} s; IDA's goes on"
+        )
         return {"method": "ida", "reason": reason}
     reason = f"explicit steps cost little, and damping shortens the stable one only {shorter:.3g} times"
     return {"method": "explicit", "reason": f"{reason}, to {damped:.3g} s"}

@@ -6,10 +6,12 @@ Symbols: t time in s, x positions (n, 3) in m, v velocities (n, 3) in m/s, a acc
 from __future__ import annotations
 
 import os
+import zlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -130,8 +132,10 @@ class Trajectory:
         try:
             with np.load(source) as arrays:
                 return cls(*(arrays[name] for name in _ARRAYS))
-        except (OSError, ValueError, KeyError, EOFError) as error:
-            raise InputError(f"{source} is not a trajectory of netdae: {error}") from error
+        except (OSError, ValueError, KeyError, EOFError, TypeError, BadZipFile, zlib.error) as error:
+            raise InputError(
+                f"{source} is not a trajectory of netdae, or damaged: {error}: run the scenario again"
+            ) from error
 
 
 _ARRAYS = (

@@ -301,7 +301,9 @@ class System:
         """D = α M + β T(x̄) of Eq. (9), (3n, 3n); zero without Rayleigh damping."""
         if not isinstance(self.damping, Rayleigh):
             return sparse.csr_matrix((3 * self.net.node_count,) * 2)
-        elements = matrices.reference_stiffness(self.net.spans, self.cords.axial_stiffness, self.net.rest_length)
+        elements = matrices.reference_stiffness(
+            self.net.spans, self.cords.axial_stiffness, self.net.rest_length
+        )
         K0 = assembled(elements, self.net.cables, self.net.node_count)
         return self.damping.alpha * self.mass_matrix() + self.damping.beta * K0
 

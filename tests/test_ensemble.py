@@ -113,12 +113,12 @@ def test_kinetic_and_elastic_energy_are_within_a_percent(ensemble, flight):
     np.testing.assert_allclose(flight[2][2], ensemble[2].mean(axis=0), rtol=0.01)
 
 
-def test_the_energy_residual_at_standard_is_a_few_percent_at_most(flight):
-    """What the integrator itself dissipates; `options` documents it."""
+def test_the_energy_residual_at_standard_is_below_what_the_summary_warns_of(flight):
+    """What the integrator itself dissipates: 0.2 to 0.3 % here, from six disturbances; the summary warns at 1 %."""
     system, frames, (_, _, energy) = flight
     start = system.kinetic_energy(frames[0].v)
     residual = energy + frames.dissipated_energy[1:] - start
-    assert np.abs(residual).max() < 0.02 * start
+    assert np.abs(residual).max() < 0.01 * start
 
 
 def test_the_mouth_opens_to_its_known_area(flight):

@@ -202,7 +202,10 @@ def test_ida_calls_solve_product_solve(monkeypatch, products):
         assert order.count("sjsj") <= 0.01 * order.count("sjs")
         assert flight.statistics["solves"] == order.count("s") - order.count("j")
     else:
+        # GMRES goes on where the frozen factor is not the true J: dashpots and a changed c_j make it poor often
         assert re.fullmatch(r"(rp?|s(js)*)*", order)
+        assert order.count("sjsj") > 0.05 * order.count("sjs")
+        assert flight.statistics["solves"] == order.count("s")
     assert flight.statistics["residuals"] == order.count("r")
     assert flight.statistics["setups"] == order.count("p")
 

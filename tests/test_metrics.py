@@ -145,7 +145,7 @@ def test_chords_are_left_out_only_where_one_loop_through_all_nodes_remains() -> 
             loop = loop_of(np.array(cables), np.arange(7)).tolist()
         except InputError:
             refused += 1
-            assert len(true) != 1 or chords
+            assert len(true) != 1
             continue
         found += 1
         assert {frozenset(map(frozenset, itertools.pairwise([*loop, loop[0]])))} == true
@@ -244,7 +244,7 @@ def test_the_rows_of_a_rigidly_flying_net_follow_from_its_motion() -> None:
         assert row["energy_residual"] == pytest.approx(0.2 * t, **near)
         assert [row[f"momentum_{c}"] for c in "xyz"] == pytest.approx(mass * velocity, **near)
         assert [row[f"angular_momentum_{c}"] for c in "xyz"] == pytest.approx(angular, **near)
-        assert row["max_tension"] == pytest.approx(17.0 * t, abs=1e-9)
+        assert row["max_tension"] == 17.0 * t
     assert np.array_equal(metrics.table()["time"], [0.0, 0.4, 2.0])
 
 
@@ -254,12 +254,11 @@ def test_distance_is_straight_for_a_start_without_momentum_and_taut_cables_are_c
     v = np.where(np.arange(9)[:, None] < 4, 1.0, 0.0) * net.nodes  # shot apart
     v -= (system_of(net).mass @ v) / system_of(net).mass.sum()
     for t, shift in ((0.0, 0.0), (1.0, 5.0)):
-        metrics(State(t, 1.01 * net.nodes * [1, 1 / 1.01, 1] + shift * np.array([0.6, 0, 0.8]), v, v))
+        x = 1.01 * net.nodes * [1, 1 / 1.01, 1] + shift * np.array([0.6, 0, 0.8])
+        metrics(State(t, x, v, v, Books(peak_tension=3.0)))
     table = metrics.table()
     assert table["distance"] == pytest.approx([0.0, 5.0], abs=1e-12)
-    assert table["max_tension"] == pytest.approx(
-        70e9 * np.pi / 4 * 1e-6 * 0.5 * (1.01**2 - 1) * 1.01 * np.ones(2), rel=1e-10
-    )
+    assert table["max_tension"].tolist() == [3.0, 3.0]  # of the books: a frame between steps is interpolated
     assert table["taut_fraction"][0] == 0.5  # the cables along x
 
 
@@ -296,8 +295,15 @@ def test_a_net_without_mouth_or_corners_has_empty_columns_and_no_figures_of_them
         assert "largest_corner_area" not in summary
     with pytest.raises(InputError, match="no node group 'corner'"):
         begun(bare_system, corners="corner")
-    with pytest.raises(InputError, match="no node group 'rim'"):
-        begun(bare_system, mouth="rim")
+    for mouth, reason in (("rim", "no node group 'rim'"), ("pair", "holds 2 nodes")):
+        with pytest.raises(
+            InputError, match=rf'{reason}.*mouth = "none" in \[metrics\], mouth=None in Python'
+        ):
+            begun(bare_system, mouth=mouth)
+    with pytest.raises(InputError, match=r"'border'.*mouth=None"):
+        begun(
+            System(replace(bare, node_groups={}, cable_groups={}), CORD, damping=Dashpot(viscosity_time=1e-5))
+        )
 
 
 # Time at a level, quantiles
@@ -426,6 +432,19 @@ def test_the_toe_share_is_measured_in_taut_time_and_warned_of_over_half() -> Non
     assert not {"toe_share_of_taut_time", "tension_over_strength"} & set(sharp.summary())
 
 
+def test_the_toe_of_the_engineering_law_ends_at_its_own_strain() -> None:
+    """ε is told in λ − 1, which is less than E11: at λ = 1.099 a cable with ε = 0.1 is in its toe still."""
+    net = CableNet.square(side=1.0, cells=1)
+    metrics = begun(system_of(net, replace(CORD, toe_strain=0.1, law="engineering")))
+    for t, stretch in ((0.0, 1.0), (1.0, 1.099)):
+        metrics.watch(State(t, stretch * net.nodes, 0 * net.nodes, 0 * net.nodes))
+    figures = metrics.summary()
+    assert figures["peak_strain"] == pytest.approx(0.5 * (1.099**2 - 1), rel=1e-12)
+    assert figures["peak_strain"] > 0.1
+    assert figures["peak_strain_over_toe_strain"] == pytest.approx(0.99, rel=1e-12)
+    assert figures["toe_share_of_taut_time"] == 1.0
+
+
 def test_strength_and_toe_of_some_cables_only_count_there() -> None:
     net = CableNet.square(side=1.0, cells=2)
     cords = {"all": CORD, "border": replace(CORD, toe_strain=1e-2, strength=10.0)}
@@ -489,6 +508,7 @@ def test_the_histories_are_what_the_system_says() -> None:
     assert figures["weakest_cable"] == (tension / system.strength).max(axis=0).argmax()
     assert figures["peak_strain"] == pytest.approx(strain.max(), **near)
     eps = system.toe_strain
+    assert not (system.cords.engineering & (eps > 0)).any()  # else the law's own strain would count
     toed = strain[:, eps > 0] / eps[eps > 0]
     assert figures["peak_strain_over_toe_strain"] == pytest.approx(toed.max(), **near)
     share = np.trapezoid(((toed > 0) & (toed < 1)).sum(1), times) / np.trapezoid((toed > 0).sum(1), times)

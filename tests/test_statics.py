@@ -157,6 +157,37 @@ def test_balanced_pulls_stretch_a_net_that_floats():
     assert [(m.nodes.tolist(), m.axes) for m in rest.mechanisms] == [([0, 1, 2, 3, 4], "xyz")]
 
 
+class Ground:
+    """Springs of k N/m to the places where the nodes are at first; the Newton matrix of a flight takes no part."""
+
+    newton, jumps, kinks, external = "nothing", (), (), True
+
+    def __init__(self, places, k):
+        self.nodes, self.places, self.k = np.arange(len(places))[:, None], places[:, None], k
+
+    def force(self, t, x, v):
+        return self.k * (self.places - x)
+
+    def tangent(self, t, x, v):
+        K = np.tile(-self.k * np.eye(3)[None, :, None, :], (len(x), 1, 1, 1, 1))
+        return Tangent.of_all(K, np.zeros_like(K))
+
+    def account(self, t, x, v):
+        return Account()
+
+
+def test_a_net_rests_on_springs_whose_tangent_a_flight_leaves_out():
+    net = nd.CableNet.square(side=2.0, cells=2)
+    ground = Ground(np.array(net.nodes), 50.0)
+    system = nd.System(net, SOFT, damping=STILL, loads=[GRAVITY], forces=[ground], masses={"all": 0.1})
+    rest = nd.equilibrium(system, net.nodes)
+    # knots sink each by its own weight, all but the same, so that no cable becomes taut enough to share it
+    sunk = 9.81 * system.mass.sum() / 50.0
+    assert net.nodes[:, 2].sum() - rest.x[:, 2].sum() == pytest.approx(sunk, rel=1e-9)
+    assert rest.iterations < 20
+    assert rest.load_steps == 0
+
+
 # Mechanisms
 
 
