@@ -67,8 +67,8 @@ def _over_mass(system: System, of_cable: FloatArray) -> FloatArray:
 SHORTENED = 20.0
 """IDA is the cheaper one where damping shortens the explicit step more than so many times.
 
-Measured on the reference flight of 21 × 21 knots by `scripts/benchmark.py`: with Rayleigh damping of β = 1e-4 s,
-5 times shorter, the explicit flight takes a quarter of IDA's time, with 1e-3 s, 50 times shorter, four times as much.
+Measured on the reference flight of 21 × 21 knots at accuracy = "fast": with Rayleigh damping of β = 1e-4 s, 5 times
+shorter, the explicit flight took a quarter of IDA's time, with 1e-3 s, 50 times shorter, four times as much.
 """
 
 

@@ -242,6 +242,10 @@ def plot(folder: Path, found: dict[str, Any]) -> None:
                 axis.plot(row["limit"], 1.0, color=color, marker=marker, fillstyle="none")
                 axis.annotate("→", (row["limit"], 1.0), color=color)
         axis.set(xscale="log", yscale="log", ylim=(0.8 * LEAST, 1e2))
+        left, right = axis.get_xlim()
+        axis.set_xlim(
+            10 ** np.floor(np.log10(left)), 10 ** np.ceil(np.log10(right))
+        )  # whole decades carry labels
         span = _span(cell["begin"], cell["end"])
         axis.set_title(f"{cell['case']}, {cell['knots']} × {cell['knots']}, {span}", fontsize=10)
         axis.set_xlabel("wall seconds")
