@@ -21,7 +21,8 @@ from netdae.ensemble import STATISTICS, Ensemble, bands_of, common_warnings, fig
 from netdae.errors import RunError
 from netdae.metrics import COLUMNS
 from netdae.run_folder import METRICS, SUMMARY, RunFolder, fly, net_figures, versions
-from netdae.scenario import Scenario, Simulation
+from netdae.scenario import Scenario
+from netdae.simulation import Simulation
 from netdae.state import State
 from netdae.workers import Outcome, Tell
 

@@ -14,18 +14,16 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from netdae._arrays import FloatArray
-from netdae.errors import InputError, RunError
-from netdae.forces.cables import Cables
-from netdae.forces.loads import UniformLoad
-from netdae.forces.rayleigh import MassDamping, StiffnessDamping
+from netdae.errors import RunError
+from netdae.kernel_forces import KernelForces
 from netdae.motions import Fixed
 from netdae.options import SolverOptions
 from netdae.restraints import Drive
-from netdae.signals import Constant, Signal
+from netdae.signals import Constant
 from netdae.stable_step import stable_step
 from netdae.stepper import Share, Step
 from netdae.system import System
-from netdae.verlet import Cords, Drags, Held, Pushes, Tally, fly
+from netdae.verlet import Held, Tally, fly
 
 CHUNK = 64  # steps between two looks: 1 to 2 ms of a 21 x 21 net
 FRACTIONS = {"fast": 0.9, "standard": 0.5, "accurate": 0.2}
@@ -54,7 +52,12 @@ class ExplicitSolver:
         self._drive = drive
         self._options = options
         self._mass = np.repeat(system.mass, 3)
-        self._compile(system)
+        self._forces = KernelForces.of(system)
+        self._has_toe = bool((self._forces.cables.eps > 0).any())
+        signals = self._forces.signals
+        self._constant = all(isinstance(each, Constant) for each in signals)
+        values = [each(0.0) for each in signals] if self._constant else []
+        self._constant_signals = np.array(values).reshape(1, len(values), 3)
         self._held = _held_of(drive)
         self._fixed = all(isinstance(restraint.motion, Fixed) for restraint in drive.restraints)
         self._no_motions = np.zeros((CHUNK + 1, 3, 3 * len(drive.restraints)))
@@ -70,53 +73,6 @@ class ExplicitSolver:
         self._gained = 0.0
         self.counts: Counter[str] = Counter()
         self.seconds: defaultdict[str, float] = defaultdict(float)
-
-    def _compile(self, system: System) -> None:
-        """The forces as arrays for the kernel; raises InputError for a force that it does not know."""
-        drags = Drags(np.zeros((0, 2), dtype=np.int64), np.zeros((0, 6)), np.zeros(0))
-        node, weight, signal = [], [], []
-        self._signals: list[Signal] = []
-        for force in system.forces:
-            if isinstance(force, Cables):
-                self._cables = force
-            elif isinstance(force, StiffnessDamping):
-                upper = force.viscosity[:, *np.triu_indices(3)]
-                drags = drags._replace(ends=3 * force.nodes, viscosity=np.ascontiguousarray(upper))
-            elif isinstance(force, MassDamping):
-                drags = drags._replace(alpha=np.repeat(force.viscosity, 3))
-            elif isinstance(force, UniformLoad):
-                node.append(3 * force.nodes[:, 0])
-                weight.append(force.weight)
-                signal.append(np.full(len(force.nodes), len(self._signals)))
-                self._signals.append(force.signal)
-            else:
-                raise InputError(
-                    f"the explicit method does not know the force {type(force).__name__}: fly it with method = 'ida'"
-                )
-        cables, L = self._cables, self._cables.L
-        self._has_toe = bool((cables.eps > 0).any())
-        plain = not (self._has_toe or cables.engineering.any())
-        self._cords = Cords(
-            3 * cables.nodes,
-            L**2,
-            cables.EA / (2 * L**3),
-            cables.tau * cables.EA / L**3,
-            cables.EA,
-            cables.eps,
-            cables.engineering,
-            cables.tau,
-            plain,
-        )
-        self._drags = drags
-        empty = [np.zeros(0, dtype=np.int64)]
-        self._pushes = Pushes(
-            np.concatenate(node or empty),
-            np.concatenate(weight or [np.zeros(0)]),
-            np.concatenate(signal or empty),
-        )
-        self._constant = all(isinstance(each, Constant) for each in self._signals)
-        values = [each(0.0) for each in self._signals] if self._constant else []
-        self._constant_signals = np.array(values).reshape(1, len(values), 3)
 
     def enter(self, phase: System, t: float, y: FloatArray, yp: FloatArray) -> None:
         """Start afresh at t in a phase."""
@@ -190,14 +146,14 @@ class ExplicitSolver:
         restraints = self._drive.restraints
         signals, motions = self._constant_signals, self._no_motions
         if not self._constant:
-            signals = np.empty((count + 1, len(self._signals), 3))
+            signals = np.empty((count + 1, len(self._forces.signals), 3))
         if not self._fixed:
             motions = np.empty((count + 1, 3, 3 * len(restraints)))
         if not (self._constant and self._fixed):
             for k in range(count + 1):
                 t = self._phase.inside(self._chunk.t + k * self._chunk.h)
                 if not self._constant:
-                    signals[k] = [signal(t) for signal in self._signals]
+                    signals[k] = [signal(t) for signal in self._forces.signals]
                 for r, restraint in enumerate(() if self._fixed else restraints):
                     motions[k, :, 3 * r : 3 * r + 3] = restraint.motion.at(t)
         return fly(
@@ -206,9 +162,9 @@ class ExplicitSolver:
             a,
             self._mass,
             self._share,
-            self._cords,
-            self._drags,
-            self._pushes,
+            self._forces.cords,
+            self._forces.drags,
+            self._forces.pushes,
             self._held,
             signals,
             motions,
@@ -224,7 +180,7 @@ class ExplicitSolver:
 
     def _limit_strain(self, strain: float) -> None:
         """Set the strain limit well above `strain`, a power of two, and the step length that is stable below it."""
-        floor = 0.25 * float(self._cables.eps.max()) or 1e-2
+        floor = 0.25 * float(self._forces.cables.eps.max()) or 1e-2
         limit = floor * 2.0 ** max(0, math.ceil(math.log2(max(2.0 * strain, floor) / floor)))
         if limit != self._strain_limit:
             self._strain_limit = limit

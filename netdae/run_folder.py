@@ -19,7 +19,8 @@ from netdae.errors import InputError, RunError
 from netdae.flight import shown, watches_of
 from netdae.ida import SUNDIALS_VERSION
 from netdae.observers import Checkpoint, MetricsCsv, Recorder
-from netdae.scenario import Scenario, Simulation
+from netdae.scenario import Scenario
+from netdae.simulation import Simulation
 from netdae.stable_step import cheaper_method
 from netdae.state import State
 from netdae.system import System

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import os
-import re
 import tomllib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
-from typing import TypeVar
 
 import numpy as np
 from pydantic import ValidationError
@@ -22,50 +20,20 @@ from netdae.damping import Damping, Dashpot, NoDamping, Rayleigh
 from netdae.errors import InputError, ScenarioError
 from netdae.forces.loads import Gravity, Load, NodalLoad
 from netdae.initial import ejected, scaled
-from netdae.integration import Integration, Watch, integrate
 from netdae.material import Material
 from netdae.mesh_io import describe
 from netdae.metrics import DeploymentMetrics
-from netdae.motions import Fixed, Motion, TableMotion
+from netdae.motions import Fixed, TableMotion
 from netdae.net import CableNet
 from netdae.options import SolverOptions
 from netdae.restraints import Drive, Restraint, mask_of
 from netdae.scenario_files import names_of, with_full_names
-from netdae.scenario_problems import ARRAYS, first_problem
-from netdae.signals import Constant, Pulse, Signal, Table
+from netdae.scenario_nets import MeshFile
+from netdae.scenario_problems import ARRAYS, bare, first_problem
+from netdae.scenario_signals import SHORTEST, motion_of, signal_of
+from netdae.simulation import Simulation
 from netdae.state import State
 from netdae.system import System
-from netdae.tables import read_table
-
-SHORTEST = 1e-9
-"""Shortest flight and shortest pulse, s: far below the time that a wave takes along any cable."""
-
-FORCE_HEADER = ("t", "x", "y", "z")
-MOTION_HEADER = (*FORCE_HEADER, "vx", "vy", "vz")
-
-Source = TypeVar("Source", Table, TableMotion)
-
-
-@dataclass(frozen=True, eq=False)
-class Simulation:
-    """All that a flight needs.
-
-    times : (k,), s, of the frames; the first is the start's
-    metrics : the observer that measures the deployment
-    findings : what the author of the mesh file should know
-    """
-
-    title: str
-    system: System
-    start: State
-    times: FloatArray
-    options: SolverOptions
-    metrics: DeploymentMetrics
-    findings: tuple[str, ...] = ()
-
-    def integrate(self, watch: tuple[Watch, ...] = ()) -> Integration:
-        """Iterator over the States at `times`."""
-        return integrate(self.system, self.start, self.times, options=self.options, watch=watch)
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,11 +133,11 @@ class Scenario:
         except ScenarioError:
             raise
         except InputError as error:
-            raise ScenarioError(f"{self.path}: {header}{_bare(error)}") from error
+            raise ScenarioError(f"{self.path}: {header}{bare(error)}") from error
 
     def _net(self) -> tuple[CableNet, tuple[str, ...]]:
         net = self.data.net
-        if isinstance(net, schema.MeshFile):
+        if isinstance(net, MeshFile):
             path = self._file(net.file)
             with self._section("net", key="file"):
                 found = describe(path, surface_edges=net.surface_edges)
@@ -226,63 +194,26 @@ class Scenario:
         for number, hold in enumerate(self.data.restraints):
             with self._section("restraints", number):
                 _check_group(net.node_groups, hold.group, "node")
-                motion = Fixed() if isinstance(hold.motion, str) else self._motion(hold.motion)
+                motion = (
+                    Fixed()
+                    if isinstance(hold.motion, str)
+                    else motion_of(hold.motion, self.path.parent, self.data.solver)
+                )
                 restraints.append(Restraint(hold.group, axes=hold.axes, motion=motion))
         return restraints
-
-    def _motion(self, table: schema.MotionFile) -> Motion:
-        columns = read_table(self._file(table.file), FORCE_HEADER, MOTION_HEADER)
-        u = np.column_stack([columns[name] for name in MOTION_HEADER[1:4]])
-        v = np.column_stack([columns[name] for name in MOTION_HEADER[4:]]) if "vx" in columns else None
-        with _from_table(table.file):
-            return self._covering(TableMotion(columns["t"], u, v, interpolation=table.interpolation))
 
     def _loads(self, net: CableNet) -> list[Load]:
         loads: list[Load] = []
         for number, load in enumerate(self.data.loads):
             with self._section("loads", number):
                 if isinstance(load, schema.UniformGravity):
-                    loads.append(Gravity(self._signal(load.g, load)))
+                    loads.append(Gravity(signal_of(load.g, load, self.path.parent, self.data.solver)))
                 else:
                     _check_group(net.node_groups, load.group, "node")
-                    loads.append(NodalLoad(load.group, self._signal(load.force, load)))
+                    loads.append(
+                        NodalLoad(load.group, signal_of(load.force, load, self.path.parent, self.data.solver))
+                    )
         return loads
-
-    def _signal(
-        self,
-        value: tuple[float, float, float] | schema.TableFile,
-        load: schema.NodalForce | schema.UniformGravity,
-    ) -> Signal:
-        limited = load.begin is not None or load.end is not None
-        if isinstance(value, schema.TableFile):
-            if limited:
-                name = "end" if load.begin is None else "begin"
-                raise InputError(
-                    f"{name} does not go with a table: put zeros into the table where it does not act"
-                )
-            columns = read_table(self._file(value.file), FORCE_HEADER)
-            with _from_table(value.file):
-                values = np.column_stack([columns[name] for name in FORCE_HEADER[1:]])
-                return self._covering(Table(columns["t"], values, interpolation=value.interpolation))
-        if not limited:
-            return Constant(value)
-        begin = self.data.solver.begin if load.begin is None else load.begin
-        end = np.inf if load.end is None else load.end
-        if 0 < end - begin < SHORTEST:
-            raise InputError(
-                f"it lasts {end - begin:g} s: let the end come {SHORTEST:g} s after the begin at least"
-            )
-        return Pulse(value, begin, end)
-
-    def _covering(self, source: Source) -> Source:
-        """The table, after a check that it reaches over the flight."""
-        begin, end = self.data.solver.begin, self.data.solver.end
-        if not source.covers(begin, end):
-            raise InputError(
-                f"the table reaches from {source.times[0]:g} to {source.times[-1]:g} s, but the flight lasts "
-                f"from {begin:g} to {end:g} s: add rows, or end the flight earlier"
-            )
-        return source
 
     def _joined(self, v: FloatArray, net: CableNet, restraints: list[Restraint]) -> FloatArray:
         """Velocities (n, 3) in which driven axes that start at rest take the velocity of their table."""
@@ -318,19 +249,6 @@ def _check_group(groups: Mapping[str, IntArray], name: str, kind: str) -> None:
         near = get_close_matches(name, groups, n=1)
         hint = f"did you mean {near[0]!r}? " if near else ""
         raise InputError(f"there is no {kind} group {name!r}: {hint}The net has {', '.join(sorted(groups))}")
-
-
-@contextmanager
-def _from_table(name: str) -> Iterator[None]:
-    try:
-        yield
-    except InputError as error:
-        raise InputError(f"{name}: {_bare(error)}") from error
-
-
-def _bare(error: InputError) -> str:
-    """The message without the kind of thing in front, where section or file say it already."""
-    return re.sub(r"^(material|dashpot|rayleigh|table|motion|pulse): ", "", str(error))
 
 
 def read_scenario(path: str | os.PathLike[str]) -> Scenario:

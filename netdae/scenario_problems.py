@@ -5,11 +5,14 @@ A place is the way to a problem: keys and indices, for instance ("loads", 1, "fo
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 from typing import Any
 
 from pydantic import ValidationError
+
+from netdae.errors import InputError
 
 Place = Sequence[int | str]
 
@@ -168,3 +171,8 @@ def _shown(value: Any) -> str:
 def _cut(text: str) -> str:
     text = " ".join(text.split())
     return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+def bare(error: InputError) -> str:
+    """The message without the kind of thing in front, where section or file say it already."""
+    return re.sub(r"^(material|dashpot|rayleigh|table|motion|pulse): ", "", str(error))

@@ -8,61 +8,33 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Discriminator, Field, Strict, Tag, model_validator
-from pydantic_core import PydanticCustomError
+from pydantic import Discriminator, Field, Tag
 
 from netdae.options import COARSEST_RTOL, FINEST_RTOL, Method
-
-# Ranges hold whatever a net can be, and far more; outside of them it is a slip of the finger or of the unit, and
-# squares and cubes of the numbers leave what double precision holds.
-Length = Annotated[float, Field(ge=1e-6, le=1e6)]  # m
-Thickness = Annotated[float, Field(ge=1e-9, le=1e3)]  # m
-Area = Annotated[float, Field(ge=1e-18, le=1e6)]  # m²
-Modulus = Annotated[float, Field(ge=1e-3, le=1e15)]  # Pa; diamond has 1e12
-Density = Annotated[float, Field(ge=1e-9, le=1e6)]  # kg/m³; osmium has 2e4
-LinearDensity = Annotated[float, Field(ge=1e-15, le=1e6)]  # kg/m
-BreakingForce = Annotated[float, Field(ge=1e-9, le=1e15)]  # N
-NodeMass = Annotated[float, Field(ge=0, le=1e9)]  # kg
-Speed = Annotated[float, Field(ge=0, le=1e6)]  # m/s; light has 3e8, debris 1e4
-DampingTime = Annotated[float, Field(ge=0, le=1e6)]  # s, a share of critical, or 1/s
-Time = Annotated[float, Field(ge=-1e9, le=1e9)]  # s; 1e9 are thirty years
-Tolerance = Annotated[
-    float, Field(ge=1e-15, le=1e3)
-]  # m or m/s; positions of metres have no digits below 1e-16
-Step = Annotated[float, Field(ge=1e-12, le=1e9)]  # s
-Factor = Annotated[float, Field(ge=-1e3, le=1e3)]
-Component = Annotated[float, Field(ge=-1e6, le=1e6)]  # m/s, m/s², degrees
-ForceComponent = Annotated[float, Field(ge=-1e12, le=1e12)]  # N
-Count = Annotated[int, Field(ge=1)]
-Text = Annotated[str, Field(min_length=1)]
-# TOML has lists only; the numbers stay strict
-Vector = Annotated[tuple[Component, Component, Component], Strict(False)]
-FactorVector = Annotated[tuple[Factor, Factor, Factor], Strict(False)]
-ForceVector = Annotated[tuple[ForceComponent, ForceComponent, ForceComponent], Strict(False)]
+from netdae.scenario_nets import Net
+from netdae.scenario_section import (
+    Area,
+    BreakingForce,
+    DampingTime,
+    Density,
+    FactorVector,
+    ForceVector,
+    LinearDensity,
+    Modulus,
+    NodeMass,
+    Section,
+    Speed,
+    Step,
+    Text,
+    Thickness,
+    Time,
+    Tolerance,
+    Vector,
+    kind_of,
+)
 
 NONE = "none"
 """What the keys of [metrics] say where a net has no such group."""
-
-
-class Section(BaseModel):
-    """A table of the scenario, with unknown and missing keys told by their names."""
-
-    model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
-
-    @model_validator(mode="before")
-    @classmethod
-    def _just_the_keys(cls, data: Any) -> Any:
-        if isinstance(data, dict):
-            known = list(cls.model_fields)
-            for key in data:
-                if key not in known:
-                    raise PydanticCustomError("unknown_key", "unknown key", {"key": key, "known": known})
-            for key, field in cls.model_fields.items():
-                if field.is_required() and key not in data:
-                    raise PydanticCustomError(
-                        "missing_key", "missing key", {"key": key, "what": field.description}
-                    )
-        return data
 
 
 class TableFile(Section):
@@ -93,82 +65,6 @@ ForceOrTable = Annotated[
 FixedOrTable = Annotated[
     Annotated[Literal["fixed"], Tag("<value>")] | Annotated[MotionFile, Tag("<table>")],
     Discriminator(_kind_of_table),
-]
-
-
-def _kind_of(value: Any) -> str:
-    kind = value.get("kind", "<none>") if isinstance(value, dict) else "<none>"
-    return kind if isinstance(kind, str) else "<none>"
-
-
-class MeshFile(Section):
-    """A net from a mesh file."""
-
-    file: Text = Field(description="Mesh file: .vtu .vtk .msh .xdmf or .inp.")
-    surface_edges: bool = Field(False, description="Take the edges of surface cells as cables.")
-
-
-class Square(Section):
-    """A square net with square meshes."""
-
-    kind: Literal["square"] = Field(description="Pattern of the net.")
-    side: Length = Field(description="Side, m.")
-    cells: Count = Field(description="Meshes along a side.")
-    subdivide: Count = Field(1, description="Pieces that each cable is cut into.")
-
-
-class Rectangle(Section):
-    """A rectangular net with rectangular meshes."""
-
-    kind: Literal["rectangle"] = Field(description="Pattern of the net.")
-    width: Length = Field(description="Length along x, m.")
-    height: Length = Field(description="Length along y, m.")
-    columns: Count = Field(description="Meshes along x.")
-    rows: Count = Field(description="Meshes along y.")
-    subdivide: Count = Field(1, description="Pieces that each cable is cut into.")
-
-
-class Hexagon(Section):
-    """A hexagonal net with triangular meshes."""
-
-    kind: Literal["hexagon"] = Field(description="Pattern of the net.")
-    radius: Length = Field(description="Distance from the centre to the corners, m.")
-    rings: Count = Field(description="Rings of triangles about the centre.")
-    subdivide: Count = Field(1, description="Pieces that each cable is cut into.")
-
-
-class Radial(Section):
-    """A spider-web net."""
-
-    kind: Literal["radial"] = Field(description="Pattern of the net.")
-    radius: Length = Field(description="Distance from the centre to the border, m.")
-    rings: Count = Field(description="Closed rings, the border among them.")
-    spokes: int = Field(ge=3, description="Cables from the centre to the border.")
-    subdivide: Count = Field(1, description="Pieces that each cable is cut into.")
-
-
-class Diamond(Section):
-    """A square net whose meshes stand on their corners."""
-
-    kind: Literal["diamond"] = Field(description="Pattern of the net.")
-    side: Length = Field(description="Side, m.")
-    cells: Count = Field(description="Diagonals of meshes along a side.")
-    subdivide: Count = Field(1, description="Pieces that each cable is cut into.")
-
-
-def _kind_of_net(value: Any) -> str:
-    kind = _kind_of(value)
-    return "<file>" if kind == "<none>" and isinstance(value, dict) and "file" in value else kind
-
-
-Net = Annotated[
-    Annotated[MeshFile, Tag("<file>")]
-    | Annotated[Square, Tag("square")]
-    | Annotated[Rectangle, Tag("rectangle")]
-    | Annotated[Hexagon, Tag("hexagon")]
-    | Annotated[Radial, Tag("radial")]
-    | Annotated[Diamond, Tag("diamond")],
-    Discriminator(_kind_of_net),
 ]
 
 
@@ -216,7 +112,7 @@ Damping = Annotated[
     Annotated[DashpotDamping, Tag("dashpot")]
     | Annotated[RayleighDamping, Tag("rayleigh")]
     | Annotated[WithoutDamping, Tag("none")],
-    Discriminator(_kind_of),
+    Discriminator(kind_of),
 ]
 
 
@@ -284,7 +180,7 @@ class UniformGravity(Section):
 
 
 Load = Annotated[
-    Annotated[NodalForce, Tag("nodal")] | Annotated[UniformGravity, Tag("gravity")], Discriminator(_kind_of)
+    Annotated[NodalForce, Tag("nodal")] | Annotated[UniformGravity, Tag("gravity")], Discriminator(kind_of)
 ]
 
 

@@ -31,6 +31,7 @@ LAYERS = (
             "ida",
             "integration",
             "ivp",
+            "kernel_forces",
             "ledger",
             "linear_solver",
             "modes",
@@ -38,8 +39,14 @@ LAYERS = (
         *("options", "statics", "stable_step", "stepper", "verlet"),
     ),
     ("ensemble", "figures", "metrics", "mouth", "observers"),
-    ("inp", "mesh_findings", "mesh_io", "msh", "raw_mesh", "vtk", "vtk_lines"),
-    ("scenario", "scenario_files", "scenario_problems", "scenario_schema", "tables"),
+    (
+        *("inp", "mesh_findings", "mesh_formats", "mesh_io", "mesh_net"),
+        *("msh", "raw_mesh", "vtk", "vtk_lines"),
+    ),
+    (
+        *("scenario", "scenario_files", "scenario_nets", "scenario_problems", "scenario_schema"),
+        *("scenario_section", "scenario_signals", "simulation", "tables"),
+    ),
     ("ensemble_folder", "jacobian_check", "run_folder"),
     ("cli",),
 )
@@ -87,7 +94,7 @@ def test_imports_make_no_circle():
 @pytest.mark.parametrize(
     ("library", "homes"),
     [
-        ("meshio", {"mesh_io"}),
+        ("meshio", {"mesh_formats"}),
         ("pyvista", {"vtk", "vtk_lines"}),
         ("sksundae", {"cvode", "ida"}),
         ("cyclopts", {"cli"}),

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from netdae.scenario import Simulation
+    from netdae.simulation import Simulation
 
 
 def check(scenario: Path) -> None:

@@ -17,7 +17,8 @@ from netdae.errors import InputError
 
 if TYPE_CHECKING:
     from netdae.run_folder import RunFolder
-    from netdae.scenario import Scenario, Simulation
+    from netdae.scenario import Scenario
+    from netdae.simulation import Simulation
     from netdae.state import State
     from netdae.system import System
 
