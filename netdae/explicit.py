@@ -25,7 +25,7 @@ from netdae.stepper import Share, Step
 from netdae.system import System
 from netdae.verlet import Held, Tally, fly
 
-CHUNK = 64  # steps between two looks: 1 to 2 ms of a 21 x 21 net
+CHUNK = 128  # steps between two looks: 2 to 3 ms of a 21 x 21 net
 FRACTIONS = {"fast": 0.9, "standard": 0.5, "accurate": 0.2}
 """Share of the stable step length that each accuracy takes; `scripts/accuracy.py` measures what each keeps."""
 UNBOUND = 1e-3  # s, where nothing that moves bounds the step
