@@ -14,8 +14,8 @@ import numpy as np
 from scipy import integrate, sparse
 
 from netdae._arrays import FloatArray
-from netdae.assembly import assembled
 from netdae.errors import RunError
+from netdae.linear_solver import whole_tangents
 from netdae.options import SolverOptions
 from netdae.restraints import Drive
 from netdae.stepper import Step
@@ -54,17 +54,13 @@ class FirstOrder:
     def jacobian(self, t: float, y: FloatArray) -> sparse.csc_matrix:
         """∂ẏ/∂y (6n, 6n)."""
         x, v = y.reshape(self._shape)
-        system, n = self.phase, self._shape[1]
-        T, D = sparse.csr_matrix((3 * n, 3 * n)), sparse.csr_matrix((3 * n, 3 * n))
-        for force in system.forces:
-            elements, K, C = force.tangent(system.inside(t), x[force.nodes], v[force.nodes])
-            T = T + assembled(K, force.nodes[elements], n)
-            D = D + assembled(C, force.nodes[elements], n)
+        system = self.phase
+        dx, dv = whole_tangents(system, t, x, v)
         free = ~system.restrained.ravel()
-        share = np.zeros(3 * n)
+        share = np.zeros(len(free))
         share[free] = 1.0 / np.repeat(system.mass, 3)[free]
         M = sparse.diags_array(share)
-        return sparse.block_array([[None, sparse.diags_array(free * 1.0)], [M @ T, M @ D]], format="csc")
+        return sparse.block_array([[None, sparse.diags_array(free * 1.0)], [M @ dx, M @ dv]], format="csc")
 
 
 class IvpSolver:

@@ -147,21 +147,28 @@ class CondensedSolver:
         _expand(solution, self._held, cj0, 2.0 / (1.0 + cj / cj0), r1, r2, dx, dv)
 
 
+def whole_tangents(
+    system: System, t: float, x: FloatArray, v: FloatArray
+) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
+    """∂f/∂x and ∂f/∂v of all forces together, (3n, 3n), with their unsymmetric parts."""
+    n = system.net.node_count
+    dx, dv = sparse.csr_matrix((3 * n, 3 * n)), sparse.csr_matrix((3 * n, 3 * n))
+    for force in system.forces:
+        elements, K, C = force.tangent(system.inside(t), x[force.nodes], v[force.nodes])
+        dx = dx + assembled(K, force.nodes[elements], n)
+        dv = dv + assembled(C, force.nodes[elements], n)
+    return dx, dv
+
+
 def full_jacobian(system: System, t: float, x: FloatArray, v: FloatArray, cj: float) -> sparse.csr_matrix:
     """J of the whole residual, (6n, 6n), with the whole tangents: for checks and for other solvers."""
-    n = system.net.node_count
-    T, D = sparse.csr_matrix((3 * n, 3 * n)), sparse.csr_matrix((3 * n, 3 * n))
-    for force in system.forces:
-        elements, K, C = force.tangent(t, x[force.nodes], v[force.nodes])
-        T = T - assembled(K, force.nodes[elements], n)
-        D = D - assembled(C, force.nodes[elements], n)
-    identity = sparse.identity(3 * n, format="csr")
+    dx, dv = whole_tangents(system, t, x, v)
     free = sparse.diags_array((~system.restrained.ravel()).astype(np.float64))
     held = sparse.diags_array(system.restrained.ravel().astype(np.float64))
     return sparse.block_array(
         [
-            [cj * free @ identity + held, -free],
-            [free @ T, free @ (cj * system.mass_matrix() + D) + held],
+            [cj * free + held, -free],
+            [-free @ dx, free @ (cj * system.mass_matrix() - dv) + held],
         ],
         format="csr",
     )
