@@ -79,7 +79,7 @@ class System:
         self.forces: tuple[Force, ...] = (
             self.cables,
             *damping.forces(net, self.cords, self.mass),
-            *(load.on(net, self.mass) for load in loads),
+            *(load.on(net, self.cords, self.mass) for load in loads),
             *forces,
         )
         coupled = [force.nodes for force in self.forces if force.newton != "nothing"]

@@ -1,6 +1,6 @@
 """Loads p(t): forces on nodes and uniform gravity, constant or changing with time.
 
-A load is told by group and Signal; `on(net, mass)` binds it to the nodes of a net.
+A load is told by group and Signal; `on(net, cords, mass)` binds it to the nodes of a net.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from netdae._arrays import FloatArray, IntArray
 from netdae.forces.protocol import Account, Force, NewtonPart, Tangent
+from netdae.material import Cords
 from netdae.net import CableNet
 from netdae.signals import Signal, signal_of
 
@@ -21,8 +22,8 @@ from netdae.signals import Signal, signal_of
 class Load(Protocol):
     """What System asks of a load."""
 
-    def on(self, net: CableNet, mass: FloatArray) -> Force:
-        """The load as a force on the nodes of a net whose nodes have `mass` (n,), kg."""
+    def on(self, net: CableNet, cords: Cords, mass: FloatArray) -> Force:
+        """The load as a force on a net of these cords whose nodes have `mass` (n,), kg."""
         ...
 
 
@@ -37,7 +38,7 @@ class NodalLoad:
     group: str
     force: Signal | ArrayLike | Callable[[float], ArrayLike]
 
-    def on(self, net: CableNet, mass: FloatArray) -> Force:
+    def on(self, net: CableNet, cords: Cords, mass: FloatArray) -> Force:
         """Bound to the group's nodes; raises InputError for an unknown group."""
         nodes = net.nodes_of(self.group)
         return UniformLoad(nodes[:, None], np.ones(len(nodes)), signal_of(self.force))
@@ -49,7 +50,7 @@ class Gravity:
 
     g: Signal | ArrayLike | Callable[[float], ArrayLike]
 
-    def on(self, net: CableNet, mass: FloatArray) -> Force:
+    def on(self, net: CableNet, cords: Cords, mass: FloatArray) -> Force:
         """Bound to all nodes, each with its mass."""
         return UniformLoad(np.arange(net.node_count)[:, None], mass, signal_of(self.g))
 
