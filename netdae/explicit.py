@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter, defaultdict
+from collections.abc import Mapping
 from time import perf_counter
 from typing import ClassVar, NamedTuple
 
@@ -74,6 +75,7 @@ class ExplicitSolver:
         self._peak = 0.0
         self._energy = self._scale = math.nan
         self._gained = 0.0
+        self.every_step = False
         self.counts: Counter[str] = Counter()
         self.seconds: defaultdict[str, float] = defaultdict(float)
 
@@ -97,7 +99,7 @@ class ExplicitSolver:
         """Up to `CHUNK` steps towards `stop`: their end, and before it the step of a new largest tension."""
         begin = perf_counter()
         remaining = stop - self._t
-        count = min(CHUNK, math.ceil(remaining / self._stable))
+        count = min(1 if self.every_step else CHUNK, math.ceil(remaining / self._stable))
         last = count * self._stable >= remaining
         h = remaining / count if last else self._stable
         self._chunk = _Chunk(self._t, h, self._x.copy(), self._v.copy(), self._a.copy())
@@ -141,9 +143,32 @@ class ExplicitSolver:
         told = self._first
         return _after(inner, told.share) if told.share is not None and t > told.t else inner
 
+    def memory(self) -> dict[str, FloatArray]:
+        """What the next chunk of steps depends on, beside y."""
+        numbers = (
+            self._t,
+            self._strain_limit,
+            self._stable,
+            self._peak,
+            self._energy,
+            self._scale,
+            self._gained,
+        )
+        return {"v": self._v.copy(), "a": self._a.copy(), "numbers": np.array(numbers)}
+
+    def restore(self, memory: Mapping[str, FloatArray]) -> None:
+        """Go on as the integrator that told this memory."""
+        self._v[:], self._a[:] = memory["v"], memory["a"]
+        numbers = memory["numbers"].tolist()
+        self._t, self._strain_limit, self._stable, self._peak, self._energy, self._scale, self._gained = (
+            numbers
+        )
+
     def _again(self, count: int) -> tuple[Share, FloatArray, FloatArray]:
         """Share, (x, v) and (v, a) after `count` steps of the last chunk."""
         x, v, a = self._chunk.x.copy(), self._chunk.v.copy(), self._chunk.a.copy()
+        if count == 0:
+            return Share(0.0, 0.0, np.zeros(3), 0.0), *_y_and_yp(x, v, a)
         tally = self._fly(x, v, a, count)
         return _share_of(tally), *_y_and_yp(x, v, a)
 
