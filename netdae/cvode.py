@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict
+from collections.abc import Mapping
 from time import perf_counter
 from typing import ClassVar
 
@@ -41,6 +42,7 @@ class CvodeSolver:
             max_step=options.max_step or 0.0,
         )
         self._t = 0.0
+        self.every_step = True
         self.counts: Counter[str] = Counter()
         self.seconds: defaultdict[str, float] = defaultdict(float)
 
@@ -73,6 +75,13 @@ class CvodeSolver:
     def output(self, t: float) -> Step:
         """The state inside the last step, by CVODE's own polynomial."""
         return self._advance(t, "normal", None)
+
+    def memory(self) -> dict[str, FloatArray]:
+        """Nothing: it goes on with a fresh start."""
+        return {}
+
+    def restore(self, memory: Mapping[str, FloatArray]) -> None:
+        """Nothing to take over."""
 
     def _advance(self, t: float, method: str, stop: float | None) -> Step:
         with quiet():

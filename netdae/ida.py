@@ -16,6 +16,7 @@ import os
 import sys
 import threading
 from collections import Counter, defaultdict
+from collections.abc import Mapping
 from time import perf_counter
 from typing import ClassVar, TextIO
 
@@ -76,6 +77,7 @@ class IdaSolver:
         rtol, atol_position, atol_velocity = options.tolerances
         self._atol = np.empty(self._shape)
         self._atol[0], self._atol[1] = atol_position, atol_velocity
+        self.every_step = True
         self.counts: Counter[str] = Counter()
         self.seconds: defaultdict[str, float] = defaultdict(float)
         self._attempt_t = -math.inf
@@ -122,6 +124,13 @@ class IdaSolver:
     def output(self, t: float) -> Step:
         """The state inside the last step, by IDA's own polynomial."""
         return self._advance(t, "normal", None)
+
+    def memory(self) -> dict[str, FloatArray]:
+        """Nothing: it goes on with a fresh start."""
+        return {}
+
+    def restore(self, memory: Mapping[str, FloatArray]) -> None:
+        """Nothing to take over."""
 
     def _advance(self, t: float, method: str, stop: float | None) -> Step:
         try:

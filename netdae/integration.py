@@ -1,52 +1,134 @@
-"""The driver of a flight: phases, internal steps, output times, books.
+"""The driver of a flight: stages, phases, internal steps, output times, books.
 
-A flight is cut at the jumps of loads and motions into phases; each starts afresh, with exact stop, consistent
-accelerations and the impulse of driven nodes booked. Inside a phase kinks only stop a step. Steps do not depend
-on the output times: those are read from IDA's polynomial.
+A flight is cut at the jumps of loads and motions, and where restraints begin or end, into phases; each starts afresh,
+with exact stop, consistent accelerations and the impulse of driven nodes booked. Inside a phase kinks only stop a step.
+An event on which something depends ends a stage, after which the phases are found anew. Steps do not depend on the
+output times: those are read from the integrator's own polynomial, and so are the times of events.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+import math
+from collections import deque
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from importlib import import_module
 from time import perf_counter
-from typing import Any
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from netdae._arrays import FloatArray
+from netdae._arrays import FloatArray, IntArray
 from netdae.errors import InputError
 from netdae.ledger import Ledger
 from netdae.options import SolverOptions
 from netdae.phases import SAME
-from netdae.restraints import Drive
+from netdae.restraints import Drive, Restraint
 from netdae.state import Books, State
-from netdae.stepper import Share, Step, Stepper
+from netdae.stepper import Step, Stepper
 from netdae.system import System
 
 Watch = Callable[[State], None]
+
+
+class Firing(Protocol):
+    """An event that has happened: when, and what it asks for."""
+
+    @property
+    def t(self) -> float: ...  # noqa: D102
+    @property
+    def state(self) -> State: ...  # noqa: D102
+    @property
+    def name(self) -> str: ...  # noqa: D102
+    @property
+    def action(self) -> str: ...  # noqa: D102
+
+
+class Finder(Protocol):
+    """What finds the events of a flight, see `events.EventBook`."""
+
+    @property
+    def needs_every_step(self) -> bool: ...  # noqa: D102
+
+    def first(self, last: State, step: State, state_at: Callable[[float], State]) -> Firing | None:
+        """The earliest event after `last`, up to `step`."""
+        ...
+
+    def note(self, firing: Firing) -> None:
+        """The event has been dealt with."""
+        ...
+
+    def memory(self) -> dict[str, FloatArray]:
+        """What `restore` needs to go on from here."""
+        ...
+
+    def restore(self, memory: Mapping[str, FloatArray]) -> None:
+        """Go on from there."""
+        ...
+
+
+Memory = Mapping[str, Any]
+"""What a flight needs to go on: names to arrays, see `Integration.memory`."""
+
+
+class _Mark(NamedTuple):
+    """A place between two calls of the integrator from which the flight can go on."""
+
+    state: State  # with its books
+    stage: float  # s, begin of the stage
+    phase: float  # s, begin of the phase
+    frame: float  # s, of the last frame before
+    fired: dict[str, float]
+    impulses: int
+    counts: dict[str, int]
+    seconds: dict[str, float]
+    solver: dict[str, FloatArray]
+    events: dict[str, FloatArray]
 
 
 class Integration:
     """Iterator over the States at the output times; `statistics` tells what it took so far.
 
     `impulses` lists the (time, impulse (3,) in N s) that restraints gave in jumps of velocity.
+    `fired` holds the times of those events that have happened, by name.
     """
 
     def __init__(
-        self, system: System, start: State, times: FloatArray, options: SolverOptions, watch: Sequence[Watch]
+        self,
+        system: System,
+        start: State,
+        times: FloatArray,
+        options: SolverOptions,
+        watch: Sequence[Watch],
+        events: Finder | None,
+        resume: Memory | None,
     ) -> None:
-        self._system = system
-        self._start = start
+        self._whole = system
         self._times = times
         self._watch = watch
-        self._drive = system.drive_from(start.x)
-        self._drive.check_start(start.t, start.v, float(times[-1]))
-        system.check_covers(float(times[0]), float(times[-1]))
-        self._method = options.method
-        self._solver = _stepper_of(system, self._drive, options)
+        self._options = options
+        self._events = events
+        self._waited_for = {name for restraint in system.restraints for name in restraint.events}
+        begin, end = float(times[0]), float(times[-1])
+        self._system = system.holding(_holding(system, np.nextafter(begin, end), {}))
+        self._drive = self._system.drive_from(start.x)
+        self._drive.check_start(start.t, start.v, end)
+        system.check_covers(begin, end)
+        self._solver = _stepper_of(self._system, self._drive, options)
         self._ledger: Ledger | None = None
+        self._now = _read_only(State(start.t, start.x.copy(), start.v.copy(), start.a.copy(), start.books))
+        self._books = start.books
+        self._part = self._system
+        self._outputs = deque(map(float, times[1:]))
+        self._frames, self._frame = 0, -math.inf
+        self._swallowed_until = -math.inf
+        self._stage = self._phase = begin
+        self._mark: _Mark | None = None
+        self._resumed: _Mark | None = None
+        self.fired: dict[str, float] = {}
+        self.impulses: list[tuple[float, FloatArray]] = []
         self._seconds = 0.0
+        if resume is not None:
+            self._restore(resume)
         self._states = self._run()
 
     def __iter__(self) -> Iterator[State]:
@@ -70,75 +152,274 @@ class Integration:
         counts = {name: self._solver.counts[name] for name in self._solver.COUNTS}
         seconds = {name: round(value, 6) for name, value in sorted(self._solver.seconds.items())}
         return {
-            "method": self._method,
+            "method": self._options.method,
             **counts,
             "wall_seconds": {"total": round(self._seconds, 6), **seconds},
         }
 
-    @property
-    def impulses(self) -> list[tuple[float, FloatArray]]:
-        """Times and impulses (3,) in N s of jumps of driven velocities."""
-        return [] if self._ledger is None else self._ledger.impulses
+    # A flight that goes on
+
+    def memory(self) -> dict[str, Any]:
+        """Names to arrays from which `integrate(..., resume=memory)` goes on, as of the frame that was yielded last.
+
+        t : s, the end of the last internal step that lies behind; frames : how many were yielded
+        """
+        mark = self._mark
+        if mark is None:
+            raise RuntimeError("nothing was flown yet: ask for the first State before the memory")
+        state, books = mark.state, mark.state.books
+        return {
+            "t": np.array(state.t),
+            "frames": np.array(self._frames),
+            "frame": np.array(self._frame),
+            "frame_before": np.array(mark.frame),
+            "stage": np.array(mark.stage),
+            "phase": np.array(mark.phase),
+            "x": state.x,
+            "v": state.v,
+            "a": state.a,
+            "anchor": self._drive.anchor,
+            "books": np.array([books.dissipated_energy, books.external_work, books.peak_tension]),
+            "impulse": np.array([books.external_impulse, books.external_angular_impulse]),
+            "fired_names": np.array(list(mark.fired), dtype=np.str_),
+            "fired_times": np.array(list(mark.fired.values()), dtype=np.float64),
+            "impulse_times": np.array([t for t, _ in self.impulses[: mark.impulses]], dtype=np.float64),
+            "impulses": np.array([p for _, p in self.impulses[: mark.impulses]], dtype=np.float64).reshape(
+                -1, 3
+            ),
+            "count_names": np.array(list(mark.counts), dtype=np.str_),
+            "counts": np.array(list(mark.counts.values()), dtype=np.int64),
+            "second_names": np.array(["total", *mark.seconds], dtype=np.str_),
+            "seconds": np.array([self._seconds, *mark.seconds.values()]),
+            **{f"solver.{name}": array for name, array in mark.solver.items()},
+            **{f"events.{name}": array for name, array in mark.events.items()},
+        }
+
+    def _restore(self, memory: Memory) -> None:
+        """Take the place of the flight that left this memory."""
+        if memory["x"].shape != self._now.x.shape:
+            raise InputError(
+                f"resume: the memory is of {len(memory['x'])} nodes, the net has {len(self._now.x)}: "
+                "resume the scenario that was flown"
+            )
+        dissipated, work, peak = memory["books"].tolist()
+        impulse, angular = (tuple(row) for row in memory["impulse"].tolist())
+        books = Books(dissipated, work, impulse, peak, angular)
+        state = State(float(memory["t"]), memory["x"], memory["v"], memory["a"], books)
+        self._now, self._books = _read_only(state), books
+        self.fired = dict(zip(memory["fired_names"].tolist(), memory["fired_times"].tolist(), strict=True))
+        self.impulses = list(zip(memory["impulse_times"].tolist(), memory["impulses"], strict=True))
+        self._stage, self._phase = float(memory["stage"]), float(memory["phase"])
+        self._frames, self._frame = int(memory["frames"]), float(memory["frame_before"])
+        self._swallowed_until = float(memory["frame"])
+        self._outputs = deque(t for t in self._outputs if t > self._frame)
+        counts = dict(zip(memory["count_names"].tolist(), memory["counts"].tolist(), strict=True))
+        seconds = dict(zip(memory["second_names"].tolist(), memory["seconds"].tolist(), strict=True))
+        self._seconds = seconds.pop("total")
+        self._solver.counts.update(counts)
+        self._solver.seconds.update(seconds)
+        solver, events = (
+            {name.removeprefix(kind): memory[name] for name in memory if name.startswith(kind)}
+            for kind in ("solver.", "events.")
+        )
+        if self._events is not None:
+            self._events.restore(events)
+        self._resumed = self._mark = _Mark(
+            state,
+            self._stage,
+            self._phase,
+            self._frame,
+            dict(self.fired),
+            len(self.impulses),
+            counts,
+            seconds,
+            solver,
+            events,
+        )
+        self._hold(np.nextafter(self._phase, math.inf), state.x)
+        self._drive.anchor[...] = memory["anchor"]
+
+    def _set_mark(self) -> None:
+        now = self._now
+        self._mark = _Mark(
+            State(now.t, now.x, now.v, now.a, self._books),
+            self._stage,
+            self._phase,
+            self._frame,
+            dict(self.fired),
+            len(self.impulses),
+            dict(self._solver.counts),
+            dict(self._solver.seconds),
+            self._solver.memory(),
+            {} if self._events is None else self._events.memory(),
+        )
+
+    # Stages, phases, steps
 
     def _run(self) -> Iterator[State]:
-        outputs = list(self._times[1:])
-        t0, end = float(self._times[0]), float(self._times[-1])
-        x, v = self._start.x.copy(), self._start.v.copy()
-        for begin, stop, phase in self._system.phases(t0, end):
-            state = self._phase_start(phase, begin, x, v)
-            if self._ledger is None:
-                self._ledger = Ledger(phase, self._drive, state)
-                yield self._told(state)
-            else:
-                self._ledger.enter(phase, state)
-            self._show(state, self._ledger.books())
-            y, yp = np.stack((state.x, state.v)), np.stack((state.v, state.a))
-            self._solver.enter(phase, begin, y, yp)
-            for kink, part in phase.smooth_parts(begin, stop):
-                self._solver.go_on(part)
-                self._ledger.go_on(part)
-                while state.t < kink:
-                    for step in self._solver.step(kink):
-                        while outputs and outputs[0] <= step.t:
-                            at = float(outputs.pop(0))
-                            inner = step if at == step.t else self._solver.output(at)
-                            yield self._told(self._state(part, inner), inner.share, whole=at == step.t)
-                        state = self._state(part, step)
-                        self._close_step(state, step.share)
-            x, v = state.x, state.v
+        end = float(self._times[-1])
+        flying = True
+        while flying:
+            flying = False
+            for begin, stop, phase in self._system.phases(self._stage, end):
+                if self._resumed is not None and begin < self._phase:
+                    continue
+                firing = yield from self._fly_phase(phase, begin, stop)
+                if firing is not None:
+                    self._stage = firing.t
+                    flying = firing.action != "stop" and firing.t < end
+                    break
 
-    def _phase_start(self, phase: System, t: float, x: FloatArray, v: FloatArray) -> State:
-        x_d, v_d, a_d = self._drive.at(phase.inside(t))
+    def _fly_phase(self, phase: System, begin: float, stop: float) -> Generator[State, None, Firing | None]:
+        """Fly to `stop`, or to the event that ends the stage, which is returned."""
+        resumed, self._resumed = self._resumed, None
+        if resumed is None:
+            self._phase = begin
+            phase = self._begin(phase, begin)
+        else:
+            phase = phase.holding(self._system.active)
+            self._ledger = Ledger(phase, self._drive, self._now, peak=self._books.peak_tension)
+        state = self._now
+        self._solver.enter(phase, state.t, np.stack((state.x, state.v)), np.stack((state.v, state.a)))
+        if self._frames == 0:
+            self._set_mark()
+            yield self._as_frame(state)
+        for kink, part in phase.smooth_parts(begin, stop):
+            if kink <= self._now.t:
+                continue
+            self._solver.go_on(part)
+            self._books_of.go_on(part)
+            self._part = part
+            if resumed is not None:
+                self._solver.restore(resumed.solver)
+                resumed = None
+            self._set_mark()
+            while self._now.t < kink:
+                firing = yield from self._advance(kink)
+                if firing is not None:
+                    return firing
+        return None
+
+    def _begin(self, phase: System, t: float) -> System:
+        """Start a phase at t: what begins or ends there, consistent accelerations, impulses; the phase as it holds."""
+        x, v = self._now.x.copy(), self._now.v.copy()
+        inside = phase.inside(t)
+        for ended, place in self._hold(inside, x):
+            if ended.release_velocity is not None:
+                v[place] = np.asarray(ended.release_velocity)[ended.axis_indices]
+        phase = phase.holding(self._system.active)
+        x_d, v_d, a_d = self._drive.at(inside)
         held = self._drive.mask
         x, v = np.where(held, x_d, x), np.where(held, v_d, v)
-        return _read_only(State(t, x, v, phase.acceleration(t, x, v, a_d)))
+        self._now = _read_only(State(t, x, v, phase.acceleration(t, x, v, a_d)))
+        if self._ledger is None:
+            first = State(t, x, v, self._now.a, self._books)
+            self._ledger = Ledger(phase, self._drive, first)
+        else:
+            impulse = self._ledger.enter(phase, self._drive, self._now)
+            if impulse is not None:
+                self.impulses.append((t, impulse))
+        self._books = self._ledger.books()
+        self._show()
+        return phase
 
-    def _state(self, phase: System, step: Step) -> State:
+    def _hold(self, t: float, x: FloatArray) -> list[tuple[Restraint, tuple[IntArray, ...]]]:
+        """Let those restraints hold that do from t on; those that ended, with their places."""
+        active, former = _holding(self._whole, t, self.fired), self._drive
+        if active == former.restraints:
+            return []
+        self._system = self._system.holding(active)
+        self._drive = former.followed_by(active, self._system.net, t, x)
+        counts, seconds = self._solver.counts, self._solver.seconds
+        self._solver = _stepper_of(self._system, self._drive, self._options)
+        self._solver.counts, self._solver.seconds = counts, seconds
+        return [each for each in zip(former.restraints, former.places, strict=True) if each[0] not in active]
+
+    def _advance(self, kink: float) -> Generator[State, None, Firing | None]:
+        """One call of the integrator towards `kink`, with the frames and events inside."""
+        if self._events is not None:
+            self._solver.every_step = self._events.needs_every_step
+        steps = self._solver.step(kink)
+        for step in steps:
+            state = self._state(step)
+            firing = None if self._events is None else self._find(self._events, state)
+            if firing is not None:
+                step = self._solver.output(firing.t)
+                state = self._state(step)
+            while self._outputs and self._outputs[0] < state.t:
+                inner = self._solver.output(self._outputs.popleft())
+                shown = self._state(inner)
+                books = self._books_of.at(shown, inner.share)
+                yield from self._frame_of(shown, books)
+            begin = perf_counter()
+            self._books = self._books_of.advance(state, step.share)
+            self._solver.seconds["books"] += perf_counter() - begin
+            self._now = state
+            self._show()
+            at_frame = bool(self._outputs) and self._outputs[0] == state.t
+            stopped = firing is not None and firing.action == "stop"
+            if at_frame or stopped:
+                if at_frame:
+                    self._outputs.popleft()
+                told = self._books_of.told()
+                self._books = self._books_of.books()
+            if step is steps[-1] or firing is not None:
+                self._set_mark()
+            if at_frame or stopped:
+                yield from self._frame_of(state, told)
+            if firing is not None:
+                return firing
+        return None
+
+    def _find(self, events: Finder, state: State) -> Firing | None:
+        """The first event up to `state` on which something depends; those before it are noted."""
+        last = self._now
+        while (firing := events.first(last, state, self._state_at)) is not None:
+            events.note(firing)
+            self.fired.setdefault(firing.name, firing.t)
+            if firing.action != "none" or firing.name in self._waited_for:
+                return firing
+            last = firing.state
+        return None
+
+    def _state_at(self, t: float) -> State:
+        return self._state(self._solver.output(t))
+
+    def _state(self, step: Step) -> State:
         x, v, a = step.y[0], step.y[1], step.yp[1]
         held = self._drive.mask
         if held.any():  # IDA's yp is a difference quotient there, and its y between steps a polynomial
-            x_d, v_d, a_d = self._drive.at(phase.inside(step.t))
+            x_d, v_d, a_d = self._drive.at(self._part.inside(step.t))
             x, v, a = np.where(held, x_d, x), np.where(held, v_d, v), np.where(held, a_d, a)
         return _read_only(State(step.t, x, v, a))
 
-    def _told(self, state: State, share: Share | None = None, *, whole: bool = True) -> State:
-        """State for an output time, with the books up to it; `whole` where an internal step ends there."""
+    @property
+    def _books_of(self) -> Ledger:
         assert self._ledger is not None
-        return State(state.t, state.x, state.v, state.a, self._ledger.at(state, share, whole=whole))
+        return self._ledger
 
-    def _close_step(self, state: State, share: Share | None) -> None:
-        assert self._ledger is not None
-        begin = perf_counter()
-        books = self._ledger.advance(state, share)
-        self._solver.seconds["books"] += perf_counter() - begin
-        self._show(state, books)
+    def _as_frame(self, state: State) -> State:
+        self._frames, self._frame = self._frames + 1, state.t
+        return State(state.t, state.x, state.v, state.a, self._books_of.told())
 
-    def _show(self, state: State, books: Books) -> None:
+    def _frame_of(self, state: State, books: Books) -> Iterator[State]:
+        """The frame, unless the flight that is resumed has yielded it."""
+        self._frame = state.t
+        if state.t > self._swallowed_until:
+            self._frames += 1
+            yield State(state.t, state.x, state.v, state.a, books)
+
+    def _show(self) -> None:
         begin = perf_counter()
-        told = State(state.t, state.x, state.v, state.a, books)
+        now = self._now
+        told = State(now.t, now.x, now.v, now.a, self._books)
         for watch in self._watch:
             watch(told)
         self._solver.seconds["watchers"] += perf_counter() - begin
+
+
+def _holding(system: System, t: float, fired: Mapping[str, float]) -> tuple[Restraint, ...]:
+    return tuple(restraint for restraint in system.restraints if restraint.holds(t, fired))
 
 
 def _read_only(state: State) -> State:
@@ -169,10 +450,15 @@ def integrate(
     *,
     options: SolverOptions | None = None,
     watch: Sequence[Watch] = (),
+    events: Finder | None = None,
+    resume: Memory | None = None,
 ) -> Integration:
     """Fly `system` from `start` and yield the States at `times`, of which the first is the start's.
 
     watch : callables that see the State at the start and at every internal step of the integrator
+    events : finds what happens during the flight; an event whose action is "stop" ends it with a frame of its own
+    resume : `Integration.memory` of a flight of the same system, start and options up to one of its frames: the
+        States after that frame are yielded, and the steps after its t are watched
 
     Raises InputError for times that do not rise or a start that contradicts a restraint, RunError for a run that fails.
     """
@@ -193,4 +479,4 @@ def integrate(
         if not np.isfinite(values).all():
             node = int(np.argwhere(~np.isfinite(values))[0, 0])
             raise InputError(f"start: {name} of node {node} is {values[node].tolist()}: give finite numbers")
-    return Integration(system, start, instants, options or SolverOptions(), watch)
+    return Integration(system, start, instants, options or SolverOptions(), watch, events, resume)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter, defaultdict
+from collections.abc import Mapping
 from time import perf_counter
 from typing import Any, ClassVar
 
@@ -79,6 +80,7 @@ class IvpSolver:
             self._settings["jac"] = self._problem.jacobian
         self._shape = shape
         self._solver: Any = None
+        self.every_step = True
         self.counts: Counter[str] = Counter()
         self.seconds: defaultdict[str, float] = defaultdict(float)
 
@@ -118,6 +120,13 @@ class IvpSolver:
     def output(self, t: float) -> Step:
         """The state inside the last step, by the method's own polynomial."""
         return self._told(t, self._solver.dense_output()(t))
+
+    def memory(self) -> dict[str, FloatArray]:
+        """Nothing: it goes on with a fresh start."""
+        return {}
+
+    def restore(self, memory: Mapping[str, FloatArray]) -> None:
+        """Nothing to take over."""
 
     def _told(self, t: float, y: FloatArray) -> Step:
         return Step(float(t), y.reshape(self._shape).copy(), self._problem.rate(t, y).reshape(self._shape))

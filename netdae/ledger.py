@@ -17,7 +17,7 @@ from netdae._arrays import FloatArray
 from netdae.restraints import Drive
 from netdae.state import Books, State
 from netdae.stepper import Share
-from netdae.system import System
+from netdae.system import System, wrench_of
 
 NOTHING = Share(0.0, 0.0, np.zeros(3), 0.0)
 
@@ -25,7 +25,7 @@ NOTHING = Share(0.0, 0.0, np.zeros(3), 0.0)
 class _Rates(NamedTuple):
     dissipated: float
     external: float
-    impulse: FloatArray  # (3,)
+    wrench: FloatArray  # (2, 3), force and torque
 
 
 class Ledger:
@@ -34,7 +34,7 @@ class Ledger:
     `at(state)` gives the books up to a state inside the running step and changes nothing.
     """
 
-    def __init__(self, system: System, drive: Drive, start: State) -> None:
+    def __init__(self, system: System, drive: Drive, start: State, *, peak: float | None = None) -> None:
         self._system = system
         self._drive = drive
         self._held = bool(drive.mask.any())
@@ -43,9 +43,8 @@ class Ledger:
         self._rates = self._rates_at(start.t, start.x, start.v, start.a)
         self._dissipated = start.books.dissipated_energy
         self._work = start.books.external_work
-        self._impulse = np.array(start.books.external_impulse)
-        self._peak = system.peak_tension(start.x)
-        self.impulses: list[tuple[float, FloatArray]] = []
+        self._impulse = np.array((start.books.external_impulse, start.books.external_angular_impulse))
+        self._peak = system.peak_tension(start.x) if peak is None else peak
 
     def advance(self, state: State, share: Share | None = None) -> Books:
         """Close the internal step that ends at `state` and return the books up to it.
@@ -58,7 +57,7 @@ class Ledger:
             self._rates = rates
         self._dissipated += share.dissipated_energy
         self._work += share.external_work
-        self._impulse = self._impulse + share.external_impulse
+        self._impulse = self._impulse + np.stack((share.external_impulse, share.external_angular_impulse))
         self._peak = max(self._peak, share.peak_tension)
         self._last = state
         return self.books()
@@ -67,28 +66,34 @@ class Ledger:
         """Books up to the last internal step."""
         return self._told(NOTHING)
 
-    def at(self, state: State, share: Share | None = None, *, whole: bool = True) -> Books:
-        """Books up to a state after the last internal step; the peak tension is told once.
+    def told(self) -> Books:
+        """Books up to the last internal step, of which the peak tension is told once."""
+        books = self.books()
+        self._peak = 0.0
+        return books
 
-        whole : an internal step ends at the state, so that its tension counts; else it lies inside a step
-        """
+    def at(self, state: State, share: Share | None = None) -> Books:
+        """Books up to a state inside the step that is running; the peak tension, of whole steps, is told once."""
         if share is None:
             share = self._share(state, self._rates_at(state.t, state.x, state.v, state.a))
-            if not whole:
-                share = share._replace(peak_tension=0.0)
+            share = share._replace(peak_tension=0.0)
         books = self._told(share)
         self._peak = 0.0
         return books
 
-    def enter(self, system: System, state: State) -> None:
-        """Start the phase `system` at `state`; a jump of velocity books its impulse and work."""
+    def enter(self, system: System, drive: Drive, state: State) -> FloatArray | None:
+        """Start the phase `system` at `state`; a jump of velocity books its work and its impulse (3,), returned."""
+        self._drive, self._held = drive, bool(drive.mask.any())
         jump = system.mass[:, None] * (state.v - self._last.v)
+        impulse = None
         if jump.any():
             self._work += system.kinetic_energy(state.v) - system.kinetic_energy(self._last.v)
-            self._impulse = self._impulse + jump.sum(axis=0)
-            self.impulses.append((state.t, jump.sum(axis=0)))
+            gained = wrench_of(state.x, jump)
+            self._impulse = self._impulse + gained
+            impulse = gained[0]
         self._last = state
         self.go_on(system)
+        return impulse
 
     def go_on(self, part: System) -> None:
         """Go on in the part of the phase that begins at the last state: powers may jump there."""
@@ -105,23 +110,25 @@ class Ledger:
         v = 1.5 / h * (state.x - last.x) - 0.25 * (last.v + state.v)
         middle = self._rates_at(last.t + 0.5 * h, x, v, None)
         (d0, w0, p0), (d1, w1, p1), (d2, w2, p2) = self._rates, middle, rates
-        return Share(h / 6 * (d0 + 4 * d1 + d2), h / 6 * (w0 + 4 * w1 + w2), h / 6 * (p0 + 4 * p1 + p2), peak)
+        impulse, angular = h / 6 * (p0 + 4 * p1 + p2)
+        return Share(h / 6 * (d0 + 4 * d1 + d2), h / 6 * (w0 + 4 * w1 + w2), impulse, peak, angular)
 
     def _rates_at(self, t: float, x: FloatArray, v: FloatArray, a: FloatArray | None) -> _Rates:
         _, dissipated, external = self._system.account(t, x, v)
-        impulse = self._system.external_force(t, x, v) if self._outside else np.zeros(3)
+        wrench = self._system.external_wrench(t, x, v) if self._outside else np.zeros((2, 3))
         if self._held:
             _, v_d, a_d = self._drive.at(self._system.inside(t))
             reactions = self._system.reactions(t, x, v, a_d)
             external += float(np.vdot(reactions, v_d))
-            impulse = impulse + reactions.sum(axis=0)
-        return _Rates(dissipated, external, impulse)
+            wrench = wrench + wrench_of(x, reactions)
+        return _Rates(dissipated, external, wrench)
 
     def _told(self, share: Share) -> Books:
-        total = self._impulse + share.external_impulse
+        total = self._impulse + np.stack((share.external_impulse, share.external_angular_impulse))
         return Books(
             self._dissipated + share.dissipated_energy,
             self._work + share.external_work,
-            (float(total[0]), float(total[1]), float(total[2])),
+            tuple(total[0].tolist()),
             max(self._peak, share.peak_tension),
+            tuple(total[1].tolist()),
         )

@@ -221,7 +221,7 @@ class Scenario:
         t = np.nextafter(self.data.solver.begin, np.inf)
         for restraint in restraints:
             if isinstance(restraint.motion, TableMotion):
-                nodes = np.ix_(net.nodes_of(restraint.group), restraint.axis_indices)
+                nodes = np.ix_(restraint.nodes_of(net), restraint.axis_indices)
                 velocity = restraint.motion.at(t)[1][restraint.axis_indices]
                 joined[nodes] = np.where(v[nodes] == 0, velocity, v[nodes])
         return joined

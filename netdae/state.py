@@ -27,6 +27,7 @@ class Books:
     dissipated_energy : J, taken by damping
     external_work : J, done by loads and by driven nodes
     external_impulse : N s, (3,), given by loads, restraints and the mass-proportional damping
+    external_angular_impulse : N m s, (3,), of the same, about the origin
     peak_tension : N, the largest tension of any cable since the frame before
     """
 
@@ -34,6 +35,7 @@ class Books:
     external_work: float = 0.0
     external_impulse: tuple[float, float, float] = (0.0, 0.0, 0.0)
     peak_tension: float = 0.0
+    external_angular_impulse: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +62,8 @@ class Trajectory:
 
     times : (k,), s
     positions, velocities, accelerations : (k, n, 3)
-    dissipated_energy, external_work, peak_tension : (k,); external_impulse : (k, 3); see `Books`
+    dissipated_energy, external_work, peak_tension : (k,); external_impulse, external_angular_impulse : (k, 3);
+        see `Books`
     statistics : what the integrator counted (steps, residuals, setups, Newton failures, ...)
     """
 
@@ -72,6 +75,7 @@ class Trajectory:
     external_work: FloatArray
     external_impulse: FloatArray
     peak_tension: FloatArray
+    external_angular_impulse: FloatArray
     statistics: Mapping[str, Any] = field(default_factory=dict)
 
     @classmethod
@@ -86,6 +90,7 @@ class Trajectory:
             np.array([s.books.external_work for s in states]),
             np.array([s.books.external_impulse for s in states]),
             np.array([s.books.peak_tension for s in states]),
+            np.array([s.books.external_angular_impulse for s in states]),
             dict(statistics or {}),
         )
 
@@ -99,6 +104,7 @@ class Trajectory:
             float(self.external_work[index]),
             tuple(self.external_impulse[index]),
             float(self.peak_tension[index]),
+            tuple(self.external_angular_impulse[index]),
         )
         return State(
             float(self.times[index]),
@@ -147,4 +153,5 @@ _ARRAYS = (
     "external_work",
     "external_impulse",
     "peak_tension",
+    "external_angular_impulse",
 )

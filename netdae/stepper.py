@@ -6,10 +6,15 @@ y = (x, v) and yp = (v, a) are (2, n, 3).
 from __future__ import annotations
 
 from collections import Counter, defaultdict
+from collections.abc import Mapping
 from typing import ClassVar, NamedTuple, Protocol
 
-from netdae._arrays import FloatArray
+import numpy as np
+
+from netdae._arrays import FloatArray, frozen_floats
 from netdae.system import System
+
+_NOTHING = frozen_floats(np.zeros(3))
 
 
 class Share(NamedTuple):
@@ -19,6 +24,7 @@ class Share(NamedTuple):
     external_work: float  # J
     external_impulse: FloatArray  # (3,), N s
     peak_tension: float  # N
+    external_angular_impulse: FloatArray = _NOTHING  # (3,), N m s, about the origin
 
 
 class Step(NamedTuple):
@@ -31,8 +37,12 @@ class Step(NamedTuple):
 
 
 class Stepper(Protocol):
-    """An integrator that goes from internal step to internal step."""
+    """An integrator that goes from internal step to internal step.
 
+    every_step : whether each call of `step` is to make one step only, so that nothing in it is missed
+    """
+
+    every_step: bool
     COUNTS: ClassVar[tuple[str, ...]]  # of `counts`, those that the statistics tell
     counts: Counter[str]
     seconds: defaultdict[str, float]
@@ -51,4 +61,12 @@ class Stepper(Protocol):
 
     def output(self, t: float) -> Step:
         """The state at a time between the last two internal steps."""
+        ...
+
+    def memory(self) -> dict[str, FloatArray]:
+        """What it takes, beside y and yp, to go on from here just as this integrator does."""
+        ...
+
+    def restore(self, memory: Mapping[str, FloatArray]) -> None:
+        """Take a memory over after `enter` and `go_on` at the place where it was told."""
         ...

@@ -62,7 +62,9 @@ class System:
         self.net = net
         self.cords = Cords.of(net, cord)
         self.restraints = tuple(restraints)
-        self.restrained = mask_of(self.restraints, net)
+        for restraint in self.restraints:
+            mask_of((restraint,), net)
+        self._hold(tuple(r for r in self.restraints if r.begin == -math.inf))
         self.mass = frozen_floats(_mass_of(net, self.cords, masses or {}))
         self._check_mass()
         if not hasattr(damping, "viscosity_times"):
@@ -91,12 +93,24 @@ class System:
         self._phase = (-math.inf, math.inf)
 
     def _check_mass(self) -> None:
-        bare = np.flatnonzero((self.mass <= 0) & ~self.restrained.all(axis=1))
+        always = mask_of(tuple(r for r in self.restraints if r.permanent), self.net)
+        bare = np.flatnonzero((self.mass <= 0) & ~always.all(axis=1))
         if len(bare):
             raise InputError(
                 f"node {bare[0]} is free but has no mass: no cable ends there and no bullet sits on it; "
                 "give its group a mass, join it to the net, or restrain all its axes"
             )
+
+    def _hold(self, active: tuple[Restraint, ...]) -> None:
+        self.active = active
+        self.restrained = mask_of(active, self.net)
+
+    def holding(self, active: tuple[Restraint, ...]) -> System:
+        """The same system, of whose restraints those in `active` hold."""
+        other = System.__new__(System)
+        other.__dict__.update(self.__dict__)
+        other._hold(active)
+        return other
 
     def without(self, cables: BoolArray) -> System:
         """The same system in which some cables, True in `cables` (m,), do not pull."""
@@ -125,8 +139,11 @@ class System:
 
     @property
     def jumps(self) -> list[float]:
-        """Times at which a load jumps or a motion changes its velocity abruptly."""
-        of_all = [*(force.jumps for force in self.forces), *(r.motion.jumps for r in self.restraints)]
+        """Times at which a load jumps, a motion changes its velocity abruptly, or a restraint begins or ends."""
+        of_all = [
+            *(force.jumps for force in self.forces),
+            *(times for r in self.restraints for times in (r.motion.jumps, r.changes)),
+        ]
         return [t for times in of_all for t in times]
 
     @property
@@ -160,8 +177,8 @@ class System:
                 )
 
     def drive_from(self, x: FloatArray) -> Drive:
-        """Restraints bound to the starting positions x (n, 3)."""
-        return Drive.of(self.restraints, self.net, x)
+        """The active restraints bound to the starting positions x (n, 3)."""
+        return Drive.of(self.active, self.net, x)
 
     # Forces
 
@@ -221,12 +238,12 @@ class System:
         stored, dissipated, external = (sum(column) for column in zip(*accounts, strict=True))
         return stored, dissipated, external
 
-    def external_force(self, t: float, x: FloatArray, v: FloatArray) -> FloatArray:
-        """Sum (3,) of all forces from outside but the restraints, N."""
-        total = np.zeros(3)
+    def external_wrench(self, t: float, x: FloatArray, v: FloatArray) -> FloatArray:
+        """Force in N and torque about the origin in N m of all forces from outside but the restraints, (2, 3)."""
+        total = np.zeros((2, 3))
         for placed, xe, ve in self._gathered(x, v):
             if placed.force.external:
-                total += placed.force.force(self.inside(t), xe, ve).sum(axis=(0, 1))
+                total += wrench_of(xe, placed.force.force(self.inside(t), xe, ve))
         return total
 
     def kinetic_energy(self, v: FloatArray) -> float:
@@ -306,6 +323,14 @@ class System:
         )
         K0 = assembled(elements, self.net.cables, self.net.node_count)
         return self.damping.alpha * self.mass_matrix() + self.damping.beta * K0
+
+
+def wrench_of(x: FloatArray, f: FloatArray) -> FloatArray:
+    """Sum (3,) of forces f (..., 3) at places x (..., 3), and of their torques x × f about the origin, as (2, 3)."""
+    xs, fs = x.reshape(-1, 3), f.reshape(-1, 3)
+    moments = xs.T @ fs  # Σ xₐ f_b
+    torque = (moments[1, 2] - moments[2, 1], moments[2, 0] - moments[0, 2], moments[0, 1] - moments[1, 0])
+    return np.stack((fs.sum(axis=0), torque))
 
 
 def _mass_of(net: CableNet, cords: Cords, masses: Mapping[str, float]) -> FloatArray:
