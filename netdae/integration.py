@@ -13,13 +13,15 @@ from collections import deque
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from importlib import import_module
 from time import perf_counter
-from typing import Any, NamedTuple, Protocol
+from typing import Any
 
 import numpy as np
 
 from netdae._arrays import FloatArray, IntArray
 from netdae.errors import InputError
+from netdae.finder import Finder, Firing
 from netdae.ledger import Ledger
+from netdae.mark import Mark, Memory
 from netdae.options import SolverOptions
 from netdae.phases import SAME
 from netdae.restraints import Drive, Restraint
@@ -28,61 +30,6 @@ from netdae.stepper import Step, Stepper
 from netdae.system import System
 
 Watch = Callable[[State], None]
-
-
-class Firing(Protocol):
-    """An event that has happened: when, and what it asks for."""
-
-    @property
-    def t(self) -> float: ...  # noqa: D102
-    @property
-    def state(self) -> State: ...  # noqa: D102
-    @property
-    def name(self) -> str: ...  # noqa: D102
-    @property
-    def action(self) -> str: ...  # noqa: D102
-
-
-class Finder(Protocol):
-    """What finds the events of a flight, see `events.EventBook`."""
-
-    @property
-    def needs_every_step(self) -> bool: ...  # noqa: D102
-
-    def first(self, last: State, step: State, state_at: Callable[[float], State]) -> Firing | None:
-        """The earliest event after `last`, up to `step`."""
-        ...
-
-    def note(self, firing: Firing) -> None:
-        """The event has been dealt with."""
-        ...
-
-    def memory(self) -> dict[str, FloatArray]:
-        """What `restore` needs to go on from here."""
-        ...
-
-    def restore(self, memory: Mapping[str, FloatArray]) -> None:
-        """Go on from there."""
-        ...
-
-
-Memory = Mapping[str, Any]
-"""What a flight needs to go on: names to arrays, see `Integration.memory`."""
-
-
-class _Mark(NamedTuple):
-    """A place between two calls of the integrator from which the flight can go on."""
-
-    state: State  # with its books
-    stage: float  # s, begin of the stage
-    phase: float  # s, begin of the phase
-    frame: float  # s, of the last frame before
-    fired: dict[str, float]
-    impulses: int
-    counts: dict[str, int]
-    seconds: dict[str, float]
-    solver: dict[str, FloatArray]
-    events: dict[str, FloatArray]
 
 
 class Integration:
@@ -122,8 +69,8 @@ class Integration:
         self._frames, self._frame = 0, -math.inf
         self._swallowed_until = -math.inf
         self._stage = self._phase = begin
-        self._mark: _Mark | None = None
-        self._resumed: _Mark | None = None
+        self._mark: Mark | None = None
+        self._resumed: Mark | None = None
         self.fired: dict[str, float] = {}
         self.impulses: list[tuple[float, FloatArray]] = []
         self._seconds = 0.0
@@ -164,36 +111,9 @@ class Integration:
 
         t : s, the end of the last internal step that lies behind; frames : how many were yielded
         """
-        mark = self._mark
-        if mark is None:
+        if self._mark is None:
             raise RuntimeError("nothing was flown yet: ask for the first State before the memory")
-        state, books = mark.state, mark.state.books
-        return {
-            "t": np.array(state.t),
-            "frames": np.array(self._frames),
-            "frame": np.array(self._frame),
-            "frame_before": np.array(mark.frame),
-            "stage": np.array(mark.stage),
-            "phase": np.array(mark.phase),
-            "x": state.x,
-            "v": state.v,
-            "a": state.a,
-            "anchor": self._drive.anchor,
-            "books": np.array([books.dissipated_energy, books.external_work, books.peak_tension]),
-            "impulse": np.array([books.external_impulse, books.external_angular_impulse]),
-            "fired_names": np.array(list(mark.fired), dtype=np.str_),
-            "fired_times": np.array(list(mark.fired.values()), dtype=np.float64),
-            "impulse_times": np.array([t for t, _ in self.impulses[: mark.impulses]], dtype=np.float64),
-            "impulses": np.array([p for _, p in self.impulses[: mark.impulses]], dtype=np.float64).reshape(
-                -1, 3
-            ),
-            "count_names": np.array(list(mark.counts), dtype=np.str_),
-            "counts": np.array(list(mark.counts.values()), dtype=np.int64),
-            "second_names": np.array(["total", *mark.seconds], dtype=np.str_),
-            "seconds": np.array([self._seconds, *mark.seconds.values()]),
-            **{f"solver.{name}": array for name, array in mark.solver.items()},
-            **{f"events.{name}": array for name, array in mark.events.items()},
-        }
+        return self._mark.memory(self._frames, self._frame, self._drive.anchor, self._seconds)
 
     def _restore(self, memory: Memory) -> None:
         """Take the place of the flight that left this memory."""
@@ -202,52 +122,31 @@ class Integration:
                 f"resume: the memory is of {len(memory['x'])} nodes, the net has {len(self._now.x)}: "
                 "resume the scenario that was flown"
             )
-        dissipated, work, peak = memory["books"].tolist()
-        impulse, angular = (tuple(row) for row in memory["impulse"].tolist())
-        books = Books(dissipated, work, impulse, peak, angular)
-        state = State(float(memory["t"]), memory["x"], memory["v"], memory["a"], books)
-        self._now, self._books = _read_only(state), books
-        self.fired = dict(zip(memory["fired_names"].tolist(), memory["fired_times"].tolist(), strict=True))
-        self.impulses = list(zip(memory["impulse_times"].tolist(), memory["impulses"], strict=True))
-        self._stage, self._phase = float(memory["stage"]), float(memory["phase"])
-        self._frames, self._frame = int(memory["frames"]), float(memory["frame_before"])
+        mark = Mark.of(memory)
+        self._now, self._books = _read_only(mark.state), mark.state.books
+        self._stage, self._phase = mark.stage, mark.phase
+        self.fired, self.impulses = dict(mark.fired), list(mark.impulses)
+        self._frames, self._frame = int(memory["frames"]), mark.frame
         self._swallowed_until = float(memory["frame"])
         self._outputs = deque(t for t in self._outputs if t > self._frame)
-        counts = dict(zip(memory["count_names"].tolist(), memory["counts"].tolist(), strict=True))
-        seconds = dict(zip(memory["second_names"].tolist(), memory["seconds"].tolist(), strict=True))
-        self._seconds = seconds.pop("total")
-        self._solver.counts.update(counts)
-        self._solver.seconds.update(seconds)
-        solver, events = (
-            {name.removeprefix(kind): memory[name] for name in memory if name.startswith(kind)}
-            for kind in ("solver.", "events.")
-        )
+        self._solver.counts.update(mark.counts)
+        self._solver.seconds.update(mark.seconds)
+        self._seconds = float(memory["total_seconds"])
         if self._events is not None:
-            self._events.restore(events)
-        self._resumed = self._mark = _Mark(
-            state,
-            self._stage,
-            self._phase,
-            self._frame,
-            dict(self.fired),
-            len(self.impulses),
-            counts,
-            seconds,
-            solver,
-            events,
-        )
-        self._hold(np.nextafter(self._phase, math.inf), state.x)
+            self._events.restore(mark.events)
+        self._resumed = self._mark = mark
+        self._hold(np.nextafter(self._phase, math.inf), mark.state.x)
         self._drive.anchor[...] = memory["anchor"]
 
     def _set_mark(self) -> None:
         now = self._now
-        self._mark = _Mark(
+        self._mark = Mark(
             State(now.t, now.x, now.v, now.a, self._books),
             self._stage,
             self._phase,
             self._frame,
             dict(self.fired),
-            len(self.impulses),
+            tuple(self.impulses),
             dict(self._solver.counts),
             dict(self._solver.seconds),
             self._solver.memory(),
@@ -267,7 +166,7 @@ class Integration:
                 firing = yield from self._fly_phase(phase, begin, stop)
                 if firing is not None:
                     self._stage = firing.t
-                    flying = firing.action != "stop" and firing.t < end
+                    flying = firing.event.action != "stop" and firing.t < end
                     break
 
     def _fly_phase(self, phase: System, begin: float, stop: float) -> Generator[State, None, Firing | None]:
@@ -282,6 +181,8 @@ class Integration:
         state = self._now
         self._solver.enter(phase, state.t, np.stack((state.x, state.v)), np.stack((state.v, state.a)))
         if self._frames == 0:
+            if self._events is not None:
+                self._events.begin(state)
             self._set_mark()
             yield self._as_frame(state)
         for kink, part in phase.smooth_parts(begin, stop):
@@ -344,8 +245,7 @@ class Integration:
             state = self._state(step)
             firing = None if self._events is None else self._find(self._events, state)
             if firing is not None:
-                step = self._solver.output(firing.t)
-                state = self._state(step)
+                state, step = self._cut(firing.t)
             while self._outputs and self._outputs[0] < state.t:
                 inner = self._solver.output(self._outputs.popleft())
                 shown = self._state(inner)
@@ -357,7 +257,7 @@ class Integration:
             self._now = state
             self._show()
             at_frame = bool(self._outputs) and self._outputs[0] == state.t
-            stopped = firing is not None and firing.action == "stop"
+            stopped = firing is not None and firing.event.action == "stop"
             if at_frame or stopped:
                 if at_frame:
                     self._outputs.popleft()
@@ -376,11 +276,19 @@ class Integration:
         last = self._now
         while (firing := events.first(last, state, self._state_at)) is not None:
             events.note(firing)
-            self.fired.setdefault(firing.name, firing.t)
-            if firing.action != "none" or firing.name in self._waited_for:
+            self.fired.setdefault(firing.event.name, firing.t)
+            if firing.event.action != "none" or firing.event.name in self._waited_for:
                 return firing
             last = firing.state
         return None
+
+    def _cut(self, t: float) -> tuple[State, Step]:
+        """The running step up to t only."""
+        if t <= self._now.t:
+            now = self._now
+            return now, Step(now.t, np.stack((now.x, now.v)), np.stack((now.v, now.a)))
+        step = self._solver.output(t)
+        return self._state(step), step
 
     def _state_at(self, t: float) -> State:
         return self._state(self._solver.output(t))

@@ -17,7 +17,7 @@ from netdae._arrays import FloatArray
 from netdae.restraints import Drive
 from netdae.state import Books, State
 from netdae.stepper import Share
-from netdae.system import System, wrench_of
+from netdae.system import System
 
 NOTHING = Share(0.0, 0.0, np.zeros(3), 0.0)
 
@@ -88,7 +88,7 @@ class Ledger:
         impulse = None
         if jump.any():
             self._work += system.kinetic_energy(state.v) - system.kinetic_energy(self._last.v)
-            gained = wrench_of(state.x, jump)
+            gained = system.wrench(state.x, jump)
             self._impulse = self._impulse + gained
             impulse = gained[0]
         self._last = state
@@ -120,7 +120,7 @@ class Ledger:
             _, v_d, a_d = self._drive.at(self._system.inside(t))
             reactions = self._system.reactions(t, x, v, a_d)
             external += float(np.vdot(reactions, v_d))
-            wrench = wrench + wrench_of(x, reactions)
+            wrench = wrench + self._system.wrench(x, reactions)
         return _Rates(dissipated, external, wrench)
 
     def _told(self, share: Share) -> Books:

@@ -56,6 +56,25 @@ class Fixed:
         return True
 
 
+@dataclass(frozen=True)
+class Steady:
+    """A constant velocity in m/s, (3,), from `since` in s on: u = V (t − since)."""
+
+    velocity: tuple[float, float, float]
+    since: float = 0.0
+    jumps: tuple[float, ...] = ()
+    kinks: tuple[float, ...] = ()
+
+    def at(self, t: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """u, u̇, ü, each (3,)."""
+        velocity = np.array(self.velocity)
+        return velocity * (t - self.since), velocity, np.zeros(3)
+
+    def covers(self, begin: float, end: float) -> bool:
+        """Always."""
+        return True
+
+
 @dataclass(frozen=True, eq=False)
 class FunctionMotion:
     """u(t), u̇(t), ü(t) as functions that return three numbers; all three must belong together.

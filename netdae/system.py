@@ -1,20 +1,21 @@
 """The net in motion: M ẍ + D ẋ + S(x) x = p(t), Eq. (10), gathered from local forces.
 
 Symbols: n nodes, x, v, a (n, 3); M lumped masses (n,); f sum of all forces (n, 3); T = −∂f/∂x, D = −∂f/∂v.
+Nodes of reels are no places in space: they have inertia but neither weight nor momentum.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy import sparse
 
 from netdae import matrices
-from netdae._arrays import BoolArray, FloatArray, IntArray, frozen_floats
-from netdae.assembly import BlockPattern, assembled, gather, scatter_add, scatter_blocks
+from netdae._arrays import BoolArray, FloatArray, frozen_floats
+from netdae.assembly import BlockPattern, assembled
 from netdae.damping import Damping, Rayleigh
 from netdae.errors import InputError
 from netdae.forces.cables import Cables, law_of
@@ -22,17 +23,18 @@ from netdae.forces.loads import Load
 from netdae.forces.protocol import Force
 from netdae.material import Cords, Material
 from netdae.net import CableNet
+from netdae.net_forces import NetForces, wrench_of
 from netdae.phases import pieces_of
+from netdae.reels import (
+    Reel,
+    check_reels,
+    forces_of,
+    nodes_of_reels,
+    reeled_cables,
+    rest_lengths,
+    restraints_of,
+)
 from netdae.restraints import Drive, Restraint, mask_of
-
-
-@dataclass(frozen=True, eq=False)
-class Placed:
-    """A force with its place in the net: nodes (m, k) and their blocks (m, k, k), None where it needs none."""
-
-    force: Force
-    nodes: IntArray
-    blocks: IntArray | None
 
 
 class System:
@@ -43,6 +45,7 @@ class System:
     masses : node group to the mass in kg that each of its nodes carries beside its cables
     damping : Dashpot, Rayleigh or NoDamping; there is no default
     loads, restraints : what acts on the net from outside
+    reels : drums at nodes of their own that pay out or wind in cables
     forces : further forces of one's own, see `forces.protocol`
 
     Raises InputError for what cannot fly: unknown groups, a free node without mass.
@@ -57,39 +60,42 @@ class System:
         masses: Mapping[str, float] | None = None,
         loads: Iterable[Load] = (),
         restraints: Iterable[Restraint] = (),
+        reels: Iterable[Reel] = (),
         forces: Iterable[Force] = (),
     ) -> None:
         self.net = net
         self.cords = Cords.of(net, cord)
-        self.restraints = tuple(restraints)
+        self.reels = tuple(reels)
+        check_reels(self.reels, net)
+        self.restraints = (*restraints, *restraints_of(self.reels))
         for restraint in self.restraints:
             mask_of((restraint,), net)
         self._hold(tuple(r for r in self.restraints if r.begin == -math.inf))
-        self.mass = frozen_floats(_mass_of(net, self.cords, masses or {}))
+        self.mass = frozen_floats(_mass_of(net, self.cords, masses or {}, self.reels))
         self._check_mass()
+        self.in_space = ~nodes_of_reels(self.reels, net.node_count)
+        self.spatial_mass = frozen_floats(np.where(self.in_space, self.mass, 0.0))
         if not hasattr(damping, "viscosity_times"):
             raise InputError(f"damping is {damping!r}: give a Dashpot, Rayleigh, or NoDamping() for none")
         self.damping = damping
+        tau = frozen_floats(damping.viscosity_times(net, self.cords))
         self.cables = Cables(
             net.cables,
             net.rest_length,
-            self.cords.axial_stiffness,
+            np.where(reeled_cables(self.reels, net.cable_count), 0.0, self.cords.axial_stiffness),
             self.cords.toe_strain,
             self.cords.engineering,
-            frozen_floats(damping.viscosity_times(net, self.cords)),
+            tau,
         )
+        self._of_reels = forces_of(self.reels, net, self.cords, tau)
         self.forces: tuple[Force, ...] = (
             self.cables,
-            *damping.forces(net, self.cords, self.mass),
-            *(load.on(net, self.cords, self.mass) for load in loads),
+            *self._of_reels,
+            *damping.forces(net, self.cords, self.spatial_mass),
+            *(load.on(net, self.cords, self.spatial_mass) for load in loads),
             *forces,
         )
-        coupled = [force.nodes for force in self.forces if force.newton != "nothing"]
-        self.pattern = BlockPattern.of(net.node_count, coupled)
-        self._placed = tuple(
-            Placed(f, f.nodes, self.pattern.places_of(f.nodes) if f.newton != "nothing" else None)
-            for f in self.forces
-        )
+        self._net_forces = NetForces.of(self.forces, net.node_count)
         self._phase = (-math.inf, math.inf)
 
     def _check_mass(self) -> None:
@@ -118,8 +124,13 @@ class System:
         other.__dict__.update(self.__dict__)
         other.cables = replace(self.cables, EA=np.where(cables, 0.0, self.cables.EA))
         other.forces = (other.cables, *self.forces[1:])
-        other._placed = (replace(self._placed[0], force=other.cables), *self._placed[1:])
+        other._net_forces = self._net_forces.with_first(other.cables)
         return other
+
+    @property
+    def pattern(self) -> BlockPattern:
+        """The blocks that forces couple."""
+        return self._net_forces.pattern
 
     # Phases: between two jumps all forces are continuous in time, between two kinks smooth.
 
@@ -184,17 +195,7 @@ class System:
 
     def force(self, t: float, x: FloatArray, v: FloatArray) -> FloatArray:
         """Sum of all forces on each node, (n, 3), N: p(t) − D v − S(x) x."""
-        total = np.zeros_like(x)
-        for placed, xe, ve in self._gathered(x, v):
-            scatter_add(placed.force.force(self.inside(t), xe, ve), placed.nodes, total)
-        return total
-
-    def _gathered(self, x: FloatArray, v: FloatArray) -> Iterable[tuple[Placed, FloatArray, FloatArray]]:
-        for placed in self._placed:
-            local = np.empty((2, *placed.nodes.shape, 3))
-            gather(x, placed.nodes, local[0])
-            gather(v, placed.nodes, local[1])
-            yield placed, local[0], local[1]
+        return self._net_forces.force(self.inside(t), x, v)
 
     def acceleration(
         self, t: float, x: FloatArray, v: FloatArray, a_d: FloatArray | None = None
@@ -210,57 +211,46 @@ class System:
 
     def tangent_blocks(self, t: float, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Symmetric parts of T = −∂f/∂x and D = −∂f/∂v as blocks (b, 3, 3) of `pattern`."""
-        T = np.zeros((len(self.pattern.rows), 3, 3))
-        D = np.zeros_like(T)
-        for placed, xe, ve in self._gathered(x, v):
-            if placed.blocks is not None:
-                tangent = placed.force.tangent(self.inside(t), xe, ve)
-                scatter_blocks(*tangent, placed.blocks, T, D)
-        return T, D
+        return self._net_forces.tangent_blocks(self.inside(t), x, v)
 
     def tangent_product(
         self, t: float, x: FloatArray, v: FloatArray, dx: FloatArray, dv: FloatArray
     ) -> FloatArray:
         """(∂f/∂x) dx + (∂f/∂v) dv, (n, 3), with the whole, unsymmetric tangents of all forces."""
-        total = np.zeros_like(x)
-        for placed, xe, ve in self._gathered(x, v):
-            elements, K, C = placed.force.tangent(self.inside(t), xe, ve)
-            nodes = placed.nodes[elements]
-            local = np.einsum("eiajb,ejb->eia", K, dx[nodes]) + np.einsum("eiajb,ejb->eia", C, dv[nodes])
-            scatter_add(local, nodes, total)
-        return total
+        return self._net_forces.tangent_product(self.inside(t), x, v, dx, dv)
 
     # Energies and momenta
 
     def account(self, t: float, x: FloatArray, v: FloatArray) -> tuple[float, float, float]:
         """Stored energy in J, dissipated power and external power of loads in W."""
-        accounts = [placed.force.account(self.inside(t), xe, ve) for placed, xe, ve in self._gathered(x, v)]
-        stored, dissipated, external = (sum(column) for column in zip(*accounts, strict=True))
-        return stored, dissipated, external
+        return self._net_forces.account(self.inside(t), x, v)
 
     def external_wrench(self, t: float, x: FloatArray, v: FloatArray) -> FloatArray:
         """Force in N and torque about the origin in N m of all forces from outside but the restraints, (2, 3)."""
-        total = np.zeros((2, 3))
-        for placed, xe, ve in self._gathered(x, v):
-            if placed.force.external:
-                total += wrench_of(xe, placed.force.force(self.inside(t), xe, ve))
-        return total
+        return self._net_forces.external_wrench(self.inside(t), x, v)
+
+    def wrench(self, x: FloatArray, f: FloatArray) -> FloatArray:
+        """Sum of forces, or impulses, f (n, 3) and of their moments about the origin, (2, 3), without the reels'."""
+        return wrench_of(x, f if not self.reels else np.where(self.in_space[:, None], f, 0.0))
 
     def kinetic_energy(self, v: FloatArray) -> float:
-        """½ v·M v, J."""
+        """½ v·M v, J; that of drums is in it."""
         return 0.5 * float(self.mass @ np.einsum("ni,ni->n", v, v))
 
     def elastic_energy(self, x: FloatArray) -> float:
-        """Stored energy of all cables, J."""
-        return self.cables.energy_and_peak(x)[0]
+        """Stored energy of all cables and of the stops of reels, J."""
+        stored = self.cables_at(x).energy_and_peak(x)[0]
+        for force in self._of_reels[1:]:
+            stored += force.account(0.0, x[force.nodes], np.zeros((*force.nodes.shape, 3))).stored_energy
+        return stored
 
     def momentum(self, v: FloatArray) -> FloatArray:
         """Σ m v, (3,), N s."""
-        return self.mass @ v
+        return self.spatial_mass @ v
 
     def angular_momentum(self, x: FloatArray, v: FloatArray) -> FloatArray:
         """Σ x × m v about the origin, (3,), N m s."""
-        return self.mass @ np.cross(x, v)
+        return self.spatial_mass @ np.cross(x, v)
 
     # Cables; all elastic, without the dashpot's share
 
@@ -274,9 +264,22 @@ class System:
         """ε of each cable, (m,)."""
         return self.cords.toe_strain
 
+    def rest_length(self, x: FloatArray) -> FloatArray:
+        """L̄ of each cable, (m,), m: what the reels have paid out at x (n, 3) is in it."""
+        return rest_lengths(self.cables.L, self.reels, x) if self.reels else self.cables.L
+
+    def cables_at(self, x: FloatArray) -> Cables:
+        """All cables with their rest lengths at x, also those on reels."""
+        if not self.reels:
+            return self.cables
+        EA = np.where(
+            reeled_cables(self.reels, len(self.cables.L)), self.cords.axial_stiffness, self.cables.EA
+        )
+        return replace(self.cables, L=self.rest_length(x), EA=EA)
+
     def strain(self, x: FloatArray) -> FloatArray:
         """E11 of each cable, (m,), Eq. (3)."""
-        return self.cables.strain(x)
+        return self.cables_at(x).strain(x)
 
     def stress(self, x: FloatArray) -> FloatArray:
         """S11 of each cable, (m,), Pa, Eq. (4)."""
@@ -292,7 +295,7 @@ class System:
 
     def peak_tension(self, x: FloatArray) -> float:
         """Largest tension of all cables, N."""
-        return self.cables.energy_and_peak(x)[1]
+        return self.cables_at(x).energy_and_peak(x)[1]
 
     # The paper's matrices, see `matrices`
 
@@ -302,16 +305,17 @@ class System:
 
     def secant_matrix(self, x: FloatArray) -> sparse.csr_matrix:
         """S(x) of Eqs. (5), (8), (3n, 3n)."""
-        elements = matrices.secant(self.stress(x), self.cords.area, self.net.rest_length)
+        elements = matrices.secant(self.stress(x), self.cords.area, self.rest_length(x))
         return assembled(elements, self.net.cables, self.net.node_count)
 
     def tangent_matrix(self, x: FloatArray) -> sparse.csr_matrix:
         """T(x) of Eqs. (6), (8), (3n, 3n)."""
         xe = x[self.net.cables].reshape(-1, 6)
-        E11 = matrices.green_lagrange_strain(xe, self.net.rest_length)
+        L = self.rest_length(x)
+        E11 = matrices.green_lagrange_strain(xe, L)
         laws = zip(E11, self.cords.toe_strain, self.cords.engineering, strict=True)
         slope = np.array([law_of(*law)[1] for law in laws]) * self.cords.axial_stiffness / self.cords.area
-        elements = matrices.tangent(xe, self.stress(x), slope, self.cords.area, self.net.rest_length)
+        elements = matrices.tangent(xe, self.stress(x), slope, self.cords.area, L)
         return assembled(elements, self.net.cables, self.net.node_count)
 
     def damping_matrix(self) -> sparse.csr_matrix:
@@ -325,16 +329,8 @@ class System:
         return self.damping.alpha * self.mass_matrix() + self.damping.beta * K0
 
 
-def wrench_of(x: FloatArray, f: FloatArray) -> FloatArray:
-    """Sum (3,) of forces f (..., 3) at places x (..., 3), and of their torques x × f about the origin, as (2, 3)."""
-    xs, fs = x.reshape(-1, 3), f.reshape(-1, 3)
-    moments = xs.T @ fs  # Σ xₐ f_b
-    torque = (moments[1, 2] - moments[2, 1], moments[2, 0] - moments[0, 2], moments[0, 1] - moments[1, 0])
-    return np.stack((fs.sum(axis=0), torque))
-
-
-def _mass_of(net: CableNet, cords: Cords, masses: Mapping[str, float]) -> FloatArray:
-    """Knots, ½ ρ̄L̄Ā from each cable by Eq. (7), and bullets, (n,), kg."""
+def _mass_of(net: CableNet, cords: Cords, masses: Mapping[str, float], reels: Sequence[Reel]) -> FloatArray:
+    """Knots, ½ ρ̄L̄Ā from each cable by Eq. (7), bullets and drums, (n,), kg."""
     half = 0.5 * cords.linear_density * net.rest_length
     mass = np.zeros(net.node_count)
     np.add.at(mass, net.cables.ravel(), np.repeat(half, 2))
@@ -342,4 +338,6 @@ def _mass_of(net: CableNet, cords: Cords, masses: Mapping[str, float]) -> FloatA
         if not (math.isfinite(value) and value >= 0):
             raise InputError(f"mass of group {group!r} is {value:g} kg: give a finite number, zero or more")
         mass[net.nodes_of(group)] += value
+    drums = [reel.node for reel in reels]
+    mass[drums] = [reel.inertia for reel in reels]
     return mass

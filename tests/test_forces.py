@@ -12,10 +12,17 @@ import pytest
 
 import netdae.forces
 from netdae.damping import Dashpot
+from netdae.forces.air import AirOnCables
+from netdae.forces.brake import Brake, EndStop
 from netdae.forces.cables import Cables, law_of
+from netdae.forces.drag import DragOnBodies
+from netdae.forces.free_molecular import MolecularDrag
 from netdae.forces.loads import UniformLoad
+from netdae.forces.orbit import OrbitForce
 from netdae.forces.rayleigh import MassDamping, StiffnessDamping
-from netdae.signals import Function
+from netdae.forces.reel import Reeled
+from netdae.forces.solar import Light, LightOnCables
+from netdae.signals import Constant, Function
 
 M = 20  # elements in each case
 EPS = 0.2  # toe strain, as large as the strains, so that each branch is well away from its ends
@@ -38,11 +45,58 @@ def cables(strain, rate, *, eps=0.0, engineering=False, tau=0.0):
     return force, 0.0, x, v
 
 
+def reeled(strain, rate, *, eps=0.0, engineering=False, tau=0.0):
+    """Random cables on reels that run at 1 m/s, with strains and strain rates in the given ranges."""
+    force, _, x, v = cables(strain, rate, eps=eps, engineering=engineering, tau=tau)
+    rng = np.random.default_rng(10)
+    share, s = rng.choice([1.0, -1.0, 0.5], M), rng.uniform(-0.3, 0.3, M)
+    x, v = (np.concatenate((a, rng.standard_normal((M, 1, 3))), axis=1) for a in (x, v))
+    x[:, 2, 0] = s
+    d = x[:, 1] - x[:, 0]
+    # undoes the reel's part of the strain rate, −σ Λ ṡ/L̄
+    v[:, 1] += d * (share * v[:, 2, 0] / force.L)[:, None]
+    nodes = np.arange(3 * M).reshape(M, 3)
+    cords = force.EA, force.eps, force.engineering, force.tau
+    return Reeled(nodes, force.L - share * s, share, *cords), 0.0, x, v
+
+
 def points(make):
     rng = np.random.default_rng(8)
     nodes = np.arange(M)[:, None]
     force = make(nodes, rng.uniform(0.1, 1.0, M))
     return force, 0.3, rng.standard_normal((M, 1, 3)), rng.standard_normal((M, 1, 3))
+
+
+def drums(make, *, x=(-1.0, 1.0), v=(-1.0, 1.0)):
+    """`make(nodes, a, b)` with a and b in [0.1, 1], at nodes whose x and v along x are in the given ranges."""
+    rng = np.random.default_rng(11)
+    force = make(np.arange(M)[:, None], *rng.uniform(0.1, 1.0, (2, M)))
+    places, rates = rng.standard_normal((2, M, 1, 3))
+    places[:, 0, 0], rates[:, 0, 0] = rng.uniform(*x, M), rng.uniform(*v, M)
+    return force, 0.0, places, rates
+
+
+def brake(*, ratchet=False, **more):
+    return drums(lambda nodes, a, b: Brake(nodes, a, np.full(M, 0.5), b, np.full(M, ratchet)), **more)
+
+
+def end_stop(side, **more):
+    """Stops at ± 0.5 m with 0.1 to 1 N/m and 0.1 to 1 N s/m."""
+    return drums(lambda nodes, k, c: EndStop(nodes, np.full(M, 0.5 * side), np.full(M, side), k, c), **more)
+
+
+def in_a_stream(make, strain):
+    """`make(nodes, L, weight, stream)` on random cables with strains in the given range."""
+    force, _, x, v = cables(strain, (-1.0, 1.0))
+    return make(force.nodes, force.L, np.linspace(0.1, 1.0, M), Constant([0.3, -2.0, 1.0])), 0.0, x, v
+
+
+def in_air(strain):
+    return in_a_stream(lambda nodes, L, c, wind: AirOnCables(nodes, L, c, 0.3 * c, wind), strain)
+
+
+def in_light(strain):
+    return in_a_stream(lambda nodes, L, c, sun: LightOnCables(nodes, L, c, Light(sun)), strain)
 
 
 def stiffness_damping():
@@ -81,6 +135,29 @@ CASES = {
     "taut dashpot clamped": lambda: cables(TAUT, CLAMPED, tau=TAU),
     "in the toe dashpot clamped": toe(IN_TOE, CLAMPED, tau=TAU),
     "above the toe engineering dashpot clamped": toe((1.3 * EPS, 0.6), CLAMPED, tau=TAU, **LINEAR),
+    "reeled slack": lambda: reeled(SLACK, (-1.0, 1.0), tau=TAU),
+    "reeled taut": lambda: reeled(TAUT, (-1.0, 1.0)),
+    "reeled in the toe engineering": lambda: reeled(IN_TOE, (-1.0, 1.0), eps=EPS, **LINEAR),
+    "reeled taut dashpot": lambda: reeled(TAUT, ACTIVE, tau=TAU),
+    "reeled taut dashpot unloading": lambda: reeled((0.3, 0.5), (-2.0, -1.0), tau=TAU),
+    "reeled in the toe dashpot": lambda: reeled(IN_TOE, ACTIVE, eps=EPS, tau=TAU),
+    "reeled above the toe engineering dashpot": lambda: reeled((1.3 * EPS, 0.6), ACTIVE, eps=EPS, tau=TAU, **LINEAR),
+    "reeled taut dashpot clamped": lambda: reeled(TAUT, CLAMPED, tau=TAU),
+    "brake": brake,
+    "brake with a ratchet paying out": lambda: brake(ratchet=True, v=(0.01, 1.0)),
+    "brake with a ratchet winding back": lambda: brake(ratchet=True, v=(-1.0, -0.01)),
+    "end stop not reached": lambda: end_stop(1.0, x=(-0.5, 0.49)),
+    "end stop above": lambda: end_stop(1.0, x=(0.6, 1.0), v=(-0.005, 1.0)),  # k δ ≥ 0.01 N, c δ̇ ≥ −0.005 N
+    "end stop below": lambda: end_stop(-1.0, x=(-1.0, -0.6), v=(-1.0, 0.005)),
+    "end stop let go": lambda: end_stop(1.0, x=(0.6, 1.0), v=(-40.0, -20.0)),  # k δ ≤ 0.5 N, c δ̇ ≤ −2 N
+    "orbit": lambda: points(lambda nodes, m: OrbitForce(nodes, m, 0.7)),
+    "drag of bodies": lambda: points(lambda nodes, c: DragOnBodies(nodes, c, Constant([0.3, -2.0, 1.0]))),
+    "molecular drag slack": lambda: in_a_stream(MolecularDrag, SLACK),
+    "molecular drag taut": lambda: in_a_stream(MolecularDrag, TAUT),
+    "air slack": lambda: in_air(SLACK),
+    "air taut": lambda: in_air(TAUT),
+    "light slack": lambda: in_light(SLACK),
+    "light taut": lambda: in_light(TAUT),
     "stiffness damping": stiffness_damping,
     "mass damping": lambda: points(MassDamping),
     "load": lambda: points(lambda nodes, w: UniformLoad(nodes, w, Function(lambda t: [t, t * t, 1.0 - t]))),
@@ -154,12 +231,13 @@ def test_stored_dissipated_and_external_power_balance_the_force(case):
 def test_the_cases_lie_on_the_branches_they_name():
     for name, make in CASES.items():
         force, _, x, v = make()
-        if not isinstance(force, Cables):
+        if not isinstance(force, Cables | Reeled):
             continue
+        L = force.rest_length(0.0, x) if isinstance(force, Reeled) else force.L
         pull = np.linalg.norm(force.force(0.0, x, v)[:, 0], axis=1)
         assert ((pull == 0) == ("slack" in name or "clamped" in name)).all(), name
         d = x[:, 1] - x[:, 0]
-        lam = np.linalg.norm(d, axis=1) / force.L
+        lam = np.linalg.norm(d, axis=1) / L
         e = lam - 1 if force.engineering[0] else 0.5 * (lam**2 - 1)
         if "toe" in name and "slack" not in name:
             assert ((e < EPS) == ("in the toe" in name)).all(), name

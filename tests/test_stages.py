@@ -32,11 +32,15 @@ def pair(**more):
     return System(net, CORD, masses={"all": 1.0}, damping=NoDamping(), **more)
 
 
+class Alarm(NamedTuple):
+    name: str
+    action: str
+
+
 class Noted(NamedTuple):
     t: float
     state: State
-    name: str
-    action: str
+    event: Alarm
 
 
 class AtTime:
@@ -47,10 +51,13 @@ class AtTime:
     def __init__(self, t, action="none", name="alarm"):
         self.t, self.action, self.name, self.fired = t, action, name, False
 
+    def begin(self, start):
+        assert start.t < self.t
+
     def first(self, last, step, state_at):
         if self.fired or not last.t < self.t <= step.t:
             return None
-        return Noted(self.t, state_at(self.t), self.name, self.action)
+        return Noted(self.t, state_at(self.t), Alarm(self.name, self.action))
 
     def note(self, firing):
         self.fired = True

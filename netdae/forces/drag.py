@@ -1,0 +1,196 @@
+"""What the drag of cords and of bodies has in common: how much of a cord is seen, and the drag of a body.
+
+Symbols, for a cable from node i to node j: d = xⱼ − xᵢ (3,), l = |d| its length from end to end, L̄ rest length;
+u (3,) the direction that it is seen from, s = (L̄ − l)₊ the slack.
+
+A straight cord of length l shows |d × u| of it along a unit vector u. A slack cord is longer than the way between
+its ends. Its tangents sum up to d, whatever its shape, so that this part is kept; of the rest, s, the
+shape is not known, and it is taken to hang in loops that point in all directions alike. With θ the angle between u
+and a direction, the mean of sin θ over the sphere is π/4, hence
+
+    seen length  =  |d × u| + (π/4) s |u|.
+
+It is L̄|sin θ| when the cable goes taut and π/4 L̄ when its ends meet, continuous in between, and smooth but for its
+slope at s = 0, at l = 0 and where d points along u. Cords do not shade each other.
+
+Each end of a cable carries half of it, as in Eq. (7), with the velocity of its own node: a cable that spins about
+its middle is braked too, and nodes are coupled by positions alone.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import ArrayLike
+
+from netdae._arrays import FloatArray, IntArray
+from netdae.errors import InputError
+from netdae.forces.protocol import Account, Force, NewtonPart, Tangent
+from netdae.material import Cords
+from netdae.net import CableNet
+from netdae.signals import Signal, signal_of
+
+LOOPS = 0.25 * math.pi
+"""Mean of sin θ over all directions."""
+
+PARALLEL = 1e-12
+"""Sine of an angle below which round-off is all that is left of a direction."""
+
+
+@njit(cache=True)
+def slack_of(l: float, L: float) -> float:  # noqa: E741  # the page's letter
+    """s = (L̄ − l)₊, m."""
+    return max(L - l, 0.0)
+
+
+@njit(cache=True)
+def across_of(dx: float, dy: float, dz: float, ux: float, uy: float, uz: float) -> float:
+    """|d × u|."""
+    cx, cy, cz = dy * uz - dz * uy, dz * ux - dx * uz, dx * uy - dy * ux
+    return np.sqrt(cx * cx + cy * cy + cz * cz)
+
+
+@njit(cache=True)
+def seen_length(dx: float, dy: float, dz: float, L: float, ux: float, uy: float, uz: float) -> float:
+    """|d × u| + (π/4) s |u|: length in m that is seen along a unit vector u; it grows with |u|."""
+    slack = slack_of(np.sqrt(dx * dx + dy * dy + dz * dz), L)
+    loops = LOOPS * slack * np.sqrt(ux * ux + uy * uy + uz * uz)
+    return across_of(dx, dy, dz, ux, uy, uz) + loops
+
+
+@njit(cache=True)
+def seen_slopes(d: FloatArray, L: float, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Derivatives (3,) of the seen length by d and by u; zero parts where one of its roots is zero.
+
+    ∂|d × u|/∂d = (u² d − (d·u) u)/|d × u|, and likewise by u.
+    """
+    dd, uu, du = d @ d, u @ u, d @ u
+    l, size = np.sqrt(dd), np.sqrt(uu)  # noqa: E741
+    across = across_of(d[0], d[1], d[2], u[0], u[1], u[2])
+    by_d, by_u = np.zeros(3), np.zeros(3)
+    if across > PARALLEL * l * size:
+        by_d += (uu * d - du * u) / across
+        by_u += (dd * u - du * d) / across
+    slack = slack_of(l, L)
+    if slack > 0.0 and l > 0.0:
+        by_d -= LOOPS * size / l * d
+    if size > 0.0:
+        by_u += LOOPS * slack / size * u
+    return by_d, by_u
+
+
+def check_positive(what: str, values: Mapping[str, float | None]) -> None:
+    """Raise InputError for values that are not finite numbers above zero; None is one that is not given."""
+    for name, value in values.items():
+        if value is not None and not (math.isfinite(value) and value > 0):
+            raise InputError(f"{what}: {name} is {value:g}: give a finite number above zero")
+
+
+def thickness_of(cables: IntArray, cords: Cords, diameter: float | None) -> FloatArray:
+    """Diameters (k,) in m that are seen of some cables: as told, or those of round cords of their area."""
+    if diameter is None:
+        return np.sqrt(4.0 / math.pi * cords.area[cables])
+    return np.full(len(cables), diameter)
+
+
+@dataclass(frozen=True, eq=False)
+class BodyDrag:
+    """Drag of bullets and other bodies that sit on the nodes of a group: ½ ρ C_D A |w| w.
+
+    w is the velocity of the air relative to the node.
+
+    group : node group
+    area : A, m², that each body shows to the air; π D²/4 for a sphere
+    density : ρ of the air, kg/m³
+    drag_coefficient : C_D: of spheres about 2.2 in free molecular flow (see `forces.free_molecular`), and 0.4 to
+        0.5 in dense air from Re = 1e3 to 2e5 (Hoerner 1965, Fluid-Dynamic Drag, ch. 3)
+    wind : velocity of the air in m/s: three numbers, a Signal or a smooth function of t
+
+    Raises InputError for values that are not above zero.
+    """
+
+    group: str
+    area: float
+    density: float
+    drag_coefficient: float
+    wind: Signal | ArrayLike | Callable[[float], ArrayLike] = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        check_positive(
+            f"drag of {self.group!r}",
+            {"area": self.area, "density": self.density, "drag_coefficient": self.drag_coefficient},
+        )
+
+    def on(self, net: CableNet, cords: Cords, mass: FloatArray) -> Force:
+        """Bound to those nodes of the group that have a mass; raises InputError for an unknown group."""
+        nodes = net.nodes_of(self.group)
+        nodes = nodes[mass[nodes] > 0]
+        weight = 0.5 * self.density * self.drag_coefficient * self.area
+        return DragOnBodies(nodes[:, None], np.full(len(nodes), weight), signal_of(self.wind))
+
+
+@njit(cache=True)
+def body_drag_of(c: float, wx: float, wy: float, wz: float) -> tuple[float, float, float]:
+    """c |w| w."""
+    push = c * np.sqrt(wx * wx + wy * wy + wz * wz)
+    return push * wx, push * wy, push * wz
+
+
+@njit(cache=True)
+def _on_bodies(c: FloatArray, wind: FloatArray, v: FloatArray, f: FloatArray) -> None:
+    for e in range(len(c)):
+        f[e, 0, 0], f[e, 0, 1], f[e, 0, 2] = body_drag_of(
+            c[e], wind[0] - v[e, 0, 0], wind[1] - v[e, 0, 1], wind[2] - v[e, 0, 2]
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class DragOnBodies:
+    """f = c |w| w with w = wind − v on each node.
+
+    nodes : (m, 1); weight : c = ½ ρ C_D A (m,), kg/m; signal : the wind, m/s
+
+    All its power is external: where the air moves, it may drive as well as brake.
+    """
+
+    nodes: IntArray
+    weight: FloatArray
+    signal: Signal
+
+    newton: NewtonPart = "nothing"
+    external: bool = True
+
+    @property
+    def jumps(self) -> tuple[float, ...]:
+        """Jumps of the wind."""
+        return self.signal.jumps
+
+    @property
+    def kinks(self) -> tuple[float, ...]:
+        """Kinks of the wind."""
+        return self.signal.kinks
+
+    def force(self, t: float, x: FloatArray, v: FloatArray) -> FloatArray:
+        """Force on each node, (m, 1, 3), N."""
+        f = np.empty_like(v)
+        _on_bodies(self.weight, self.signal(t), v, f)
+        return f
+
+    def tangent(self, t: float, x: FloatArray, v: FloatArray) -> Tangent:
+        """Zero and −c (|w| I + w wᵀ/|w|)."""
+        w = self.signal(t) - v[:, 0]
+        size = np.linalg.norm(w, axis=1)
+        along = np.divide(w, size[:, None], out=np.zeros_like(w), where=size[:, None] > 0)
+        C = np.zeros((len(w), 1, 3, 1, 3))
+        C[:, 0, :, 0, :] = -(self.weight * size)[:, None, None] * (
+            np.eye(3) + along[:, :, None] * along[:, None, :]
+        )
+        return Tangent.of_all(np.zeros_like(C), C)
+
+    def account(self, t: float, x: FloatArray, v: FloatArray) -> Account:
+        """External power f·v."""
+        return Account(external_power=float(np.vdot(self.force(t, x, v), v)))

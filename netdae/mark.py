@@ -1,0 +1,102 @@
+"""A place in a flight from which it can go on, and the arrays that it is kept in."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from netdae._arrays import FloatArray
+from netdae.state import Books, State
+
+Memory = Mapping[str, Any]
+"""What a flight needs to go on: names to arrays, see `Integration.memory`."""
+
+_SOLVER, _EVENTS = "solver.", "events."
+
+
+class Mark(NamedTuple):
+    """A place between two calls of the integrator.
+
+    state : with its books
+    stage, phase : s, where the running stage and phase began
+    frame : s, of the last frame before
+    fired : times of the events that have happened, by name
+    impulses : (time, impulse (3,) in N s) of jumps of velocity
+    counts, seconds : of the integrator
+    solver, events : what the integrator and the finder of events need to go on
+    """
+
+    state: State
+    stage: float
+    phase: float
+    frame: float
+    fired: Mapping[str, float]
+    impulses: tuple[tuple[float, FloatArray], ...]
+    counts: Mapping[str, int]
+    seconds: Mapping[str, float]
+    solver: Mapping[str, FloatArray]
+    events: Mapping[str, Any]
+
+    def memory(self, frames: int, frame: float, anchor: FloatArray, total_seconds: float) -> dict[str, Any]:
+        """As arrays, with the number and time of the frames yielded since, and where driven nodes count from."""
+        state, books = self.state, self.state.books
+        return {
+            "t": np.array(state.t),
+            "frames": np.array(frames),
+            "frame": np.array(frame),
+            "frame_before": np.array(self.frame),
+            "stage": np.array(self.stage),
+            "phase": np.array(self.phase),
+            "x": state.x,
+            "v": state.v,
+            "a": state.a,
+            "anchor": anchor,
+            "books": np.array([books.dissipated_energy, books.external_work, books.peak_tension]),
+            "impulse": np.array([books.external_impulse, books.external_angular_impulse]),
+            **_table("fired", self.fired, np.float64),
+            "impulse_times": np.array([t for t, _ in self.impulses], dtype=np.float64),
+            "impulses": np.array([p for _, p in self.impulses], dtype=np.float64).reshape(-1, 3),
+            **_table("counts", self.counts, np.int64),
+            **_table("seconds", self.seconds, np.float64),
+            "total_seconds": np.array(total_seconds),
+            **{f"{_SOLVER}{name}": array for name, array in self.solver.items()},
+            **{f"{_EVENTS}{name}": array for name, array in self.events.items()},
+        }
+
+    @classmethod
+    def of(cls, memory: Memory) -> Mark:
+        """The mark that left this memory."""
+        dissipated, work, peak = memory["books"].tolist()
+        impulse, angular = (tuple(row) for row in memory["impulse"].tolist())
+        books = Books(dissipated, work, impulse, peak, angular)
+        x, v, a = (np.array(memory[name]) for name in "xva")
+        return cls(
+            State(float(memory["t"]), x, v, a, books),
+            float(memory["stage"]),
+            float(memory["phase"]),
+            float(memory["frame_before"]),
+            _from_table("fired", memory),
+            tuple(zip(memory["impulse_times"].tolist(), memory["impulses"], strict=True)),
+            _from_table("counts", memory),
+            _from_table("seconds", memory),
+            _beginning_with(_SOLVER, memory),
+            _beginning_with(_EVENTS, memory),
+        )
+
+
+def _table(name: str, values: Mapping[str, float], dtype: type) -> dict[str, Any]:
+    """Names and values as two arrays."""
+    return {
+        f"{name}_names": np.array(list(values), dtype=np.str_),
+        name: np.array(list(values.values()), dtype=dtype),
+    }
+
+
+def _from_table(name: str, memory: Memory) -> dict[str, Any]:
+    return dict(zip(memory[f"{name}_names"].tolist(), memory[name].tolist(), strict=True))
+
+
+def _beginning_with(kind: str, memory: Memory) -> dict[str, Any]:
+    return {name.removeprefix(kind): memory[name] for name in memory if name.startswith(kind)}

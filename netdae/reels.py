@@ -1,0 +1,186 @@
+"""Reels: drums that pay out or wind in cables, each a generalised node of the net.
+
+Symbols: s length paid out in m, J drum's moment of inertia, R its radius; L̄(s) = L̄₀ + σ s, see `forces.reel`.
+The node's x-coordinate is s, its mass J/R² in kg; y and z are held. No cable ends at it. Driving its x axis by a
+table reels at a given rate, and the reaction's work is the motor's; fixing the axis locks the reel.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from netdae._arrays import BoolArray, FloatArray, IntArray, frozen_ints
+from netdae.errors import InputError
+from netdae.forces.brake import Brake, EndStop
+from netdae.forces.protocol import Force
+from netdae.forces.reel import Reeled
+from netdae.material import Cords
+from netdae.net import CableNet
+from netdae.restraints import Restraint
+
+CREEP = 1e-3
+"""Creep speed v₀ of a brake, m/s: at half of the brake force a drum creeps 0.6 mm/s, 3.5 cm in a minute. Slower
+would be finer than the 3e-4 m/s to which the standard accuracy knows velocities, and stiffer for no gain."""
+
+LEAST = 0.1
+"""Share of its length L̄₀ down to which a reel may wind in a cable; a stop there keeps rest lengths above zero."""
+
+
+@dataclass(frozen=True, eq=False)
+class Reel:
+    """A drum with the cables that it reels.
+
+    node : the reel's node
+    cables : (c,), indices of the cables whose rest length is L̄₀ + `share` · s
+    inertia : J/R², kg
+    share : σ, 1 for a cable that s lengthens, −1 for one that it shortens
+    brake_force : N, dry friction at the drum's rim; viscosity : N s/m, in proportion to ṡ
+    ratchet : True where it does not wind back by itself; needs a brake force
+    creep_speed : v₀, m/s, see `forces.brake`
+    shortest, longest : m, stops of s; the drum is fully wound at one and empty at the other
+
+    Raises InputError for values out of range.
+    """
+
+    node: int
+    cables: IntArray
+    inertia: float = 0.0
+    share: float = 1.0
+    brake_force: float = 0.0
+    viscosity: float = 0.0
+    ratchet: bool = False
+    creep_speed: float = CREEP
+    shortest: float = -math.inf
+    longest: float = math.inf
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "cables", frozen_ints(np.atleast_1d(self.cables)))
+        if not len(self.cables):
+            raise InputError("reel: it has no cables: give one at least")
+        for name in ("inertia", "brake_force", "viscosity"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value >= 0):
+                raise InputError(f"reel: {name} is {value:g}: give a finite number, zero or more")
+        if not (math.isfinite(self.creep_speed) and self.creep_speed > 0):
+            raise InputError(f"reel: creep_speed is {self.creep_speed:g}: give a finite number above zero")
+        if not (math.isfinite(self.share) and self.share != 0):
+            raise InputError(f"reel: share is {self.share:g}: give 1, -1, or another finite number but zero")
+        if not self.shortest < self.longest:
+            raise InputError(
+                f"reel: it runs from {self.shortest:g} to {self.longest:g} m: let longest be above shortest"
+            )
+        if self.ratchet and self.brake_force == 0:
+            raise InputError("reel: a ratchet without brake_force holds nothing: give a force above zero")
+
+
+def check_reels(reels: Sequence[Reel], net: CableNet) -> None:
+    """Raise InputError where reels and net do not go together."""
+    taken: set[int] = set()
+    for reel in reels:
+        if not 0 <= reel.node < net.node_count:
+            raise InputError(f"reel: its node is {reel.node}, but the net has {net.node_count} nodes")
+        ends = np.flatnonzero((net.cables == reel.node).any(axis=1))
+        if len(ends):
+            raise InputError(
+                f"reel: cable {ends[0]} ends at its node {reel.node}: let the node stand alone, it is no place in space"
+            )
+        outside = reel.cables[(reel.cables < 0) | (reel.cables >= net.cable_count)]
+        if len(outside):
+            raise InputError(f"reel: it has the cable {outside[0]}, but the net has {net.cable_count} cables")
+        twice = [e for e in reel.cables.tolist() if e in taken]
+        if twice or len(np.unique(reel.cables)) < len(reel.cables):
+            raise InputError(f"reel at node {reel.node}: a cable is on a reel twice: let each have one reel")
+        taken.update(reel.cables.tolist())
+    if len({reel.node for reel in reels}) < len(reels):
+        raise InputError("reel: two reels share a node: give each its own")
+
+
+def nodes_of_reels(reels: Sequence[Reel], node_count: int) -> BoolArray:
+    """True at the nodes that are reels, (n,): they have no place, momentum or weight."""
+    mask = np.zeros(node_count, dtype=np.bool_)
+    mask[[reel.node for reel in reels]] = True
+    return mask
+
+
+def reeled_cables(reels: Sequence[Reel], cable_count: int) -> BoolArray:
+    """True at the cables that are on a reel, (m,): `forces.reel` pulls them, not `forces.cables`."""
+    mask = np.zeros(cable_count, dtype=np.bool_)
+    for reel in reels:
+        mask[reel.cables] = True
+    return mask
+
+
+def rest_lengths(L: FloatArray, reels: Sequence[Reel], x: FloatArray) -> FloatArray:
+    """Rest lengths (m,) now, m, from those where s = 0, L (m,), and the positions of all nodes x (n, 3)."""
+    now = L.copy()
+    for reel in reels:
+        now[reel.cables] += reel.share * x[reel.node, 0]
+    return now
+
+
+def restraints_of(reels: Sequence[Reel]) -> tuple[Restraint, ...]:
+    """What holds the axes y and z, which mean nothing, of drums without inertia; no force moves those of the others."""
+    return tuple(Restraint((reel.node,), axes="yz") for reel in reels if reel.inertia == 0)
+
+
+def forces_of(reels: Sequence[Reel], net: CableNet, cords: Cords, tau: FloatArray) -> tuple[Force, ...]:
+    """Forces of the reels on a net whose cables are made of `cords` and have the viscosity times tau (m,), s.
+
+    A stop is as stiff as the reeled cables are where s = 0, Σ σ² EĀ/L̄₀, so that it brings no faster motion than
+    they do, and damped critically against the drum, c = 2 √(k J/R²): a drum that nothing pulls goes √(J/R²/k) ṡ/e
+    beyond it and, since the stop lets go where it would have to pull, comes back at ṡ/e².
+    Raises InputError as `check_reels` does.
+    """
+    check_reels(reels, net)
+    if not reels:
+        return ()
+    cables = np.concatenate([reel.cables for reel in reels])
+    drum = np.concatenate([np.full(len(reel.cables), reel.node) for reel in reels])
+    share = np.concatenate([np.full(len(reel.cables), reel.share) for reel in reels])
+    reeled = Reeled(
+        np.column_stack((net.cables[cables], drum)),
+        net.rest_length[cables],
+        share,
+        cords.axial_stiffness[cables],
+        cords.toe_strain[cables],
+        cords.engineering[cables],
+        tau[cables],
+    )
+    return (reeled, *_brakes_of(reels), *_stops_of(reels, net, cords))
+
+
+def _brakes_of(reels: Sequence[Reel]) -> list[Force]:
+    braked = [reel for reel in reels if reel.brake_force > 0 or reel.viscosity > 0]
+    if not braked:
+        return []
+    numbers = np.array([(reel.brake_force, reel.creep_speed, reel.viscosity) for reel in braked]).T.copy()
+    nodes = np.array([[reel.node] for reel in braked])
+    return [Brake(nodes, numbers[0], numbers[1], numbers[2], np.array([reel.ratchet for reel in braked]))]
+
+
+def way_of(reel: Reel, L: FloatArray) -> tuple[float, float]:
+    """Least and largest s of a reel whose cables have the lengths L (c,) where s = 0: its stops, m."""
+    wound_in = (1 - LEAST) * float(L.min()) / abs(reel.share)
+    if reel.share > 0:
+        return max(reel.shortest, -wound_in), reel.longest
+    return reel.shortest, min(reel.longest, wound_in)
+
+
+def _stops_of(reels: Sequence[Reel], net: CableNet, cords: Cords) -> list[Force]:
+    rows = []
+    for reel in reels:
+        L = net.rest_length[reel.cables]
+        k = float(np.sum(reel.share**2 * cords.axial_stiffness[reel.cables] / L))
+        c = 2 * math.sqrt(k * reel.inertia)
+        low, high = way_of(reel, L)
+        rows += [
+            (reel.node, place, side, k, c)
+            for place, side in ((low, -1.0), (high, 1.0))
+            if math.isfinite(place)
+        ]
+    table = np.array(rows).T.copy()
+    return [EndStop(table[0].astype(np.int64)[:, None], table[1], table[2], table[3], table[4])]
