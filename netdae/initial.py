@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from netdae.errors import InputError
+from netdae.ejection import Ejection, launch_of
 from netdae.net import CableNet
 from netdae.state import State
 
@@ -29,10 +29,18 @@ def scaled(
 
     x̄ is turned with the start, since Eq. (9) takes its directions from x̄.
     """
+    x = net.nodes * np.asarray(scale, dtype=np.float64)
+    return placed(net, x, rotation_deg=rotation_deg, velocity=velocity)
+
+
+def placed(
+    net: CableNet, x: ArrayLike, *, rotation_deg: ArrayLike, velocity: ArrayLike
+) -> tuple[CableNet, State]:
+    """The net with positions x (n, 3), m, both turned, moving as a whole; turned net and start, see `scaled`."""
     turn = Rotation.from_euler("xyz", np.asarray(rotation_deg, dtype=np.float64), degrees=True)
     turned = net.with_nodes(turn.apply(np.array(net.nodes)))  # scipy takes no read-only arrays
-    x = turn.apply(net.nodes * np.asarray(scale, dtype=np.float64))
-    return turned, State.at(x, np.broadcast_to(np.asarray(velocity, dtype=np.float64), x.shape))
+    start = turn.apply(np.array(x, dtype=np.float64))
+    return turned, State.at(start, np.broadcast_to(np.asarray(velocity, dtype=np.float64), start.shape))
 
 
 def ejected(
@@ -50,24 +58,9 @@ def ejected(
     half_angle_deg : degrees, from the axis towards where the node stands off the group's own middle
 
     Raises InputError where the axis is zero, or a node stands on it and so has no outward direction.
+    Bullets with errors of their own, or released later, are made by `ejection.fired`.
     """
-    n = np.asarray(axis, dtype=np.float64)
-    if not np.linalg.norm(n) > 0:
-        raise InputError(f"ejection of {group!r}: axis is {n.tolist()}: give a direction")
-    n = n / np.linalg.norm(n)
-    nodes = net.nodes_of(group)
-    offset = start.x[nodes] - start.x[nodes].mean(axis=0)
-    outward = offset - np.outer(offset @ n, n)
-    reach = np.linalg.norm(outward, axis=1)
-    angle = np.deg2rad(half_angle_deg)
-    scale = max(float(np.abs(net.nodes).max()), 1e-300)
-    if angle != 0 and (reach <= 1e-9 * scale).any():
-        node = nodes[int(np.argmin(reach))]
-        raise InputError(
-            f"ejection of {group!r}: node {node} stands on the axis and has no outward direction: "
-            "set half_angle_deg to 0, or choose nodes around the axis"
-        )
-    direction = np.divide(outward, reach[:, None], out=np.zeros_like(outward), where=reach[:, None] > 0)
+    launch = launch_of(net, start, Ejection(group, speed, half_angle_deg, axis))
     v = start.v.copy()
-    v[nodes] += speed * (np.cos(angle) * n + np.sin(angle) * direction)
+    v[launch.nodes] = launch.velocities
     return State.at(start.x, v, t=start.t)
