@@ -11,49 +11,77 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from netdae.accordion import accordion
     from netdae.damping import Dashpot, NoDamping, Rayleigh
+    from netdae.ejection import Ejection, Launch, Spread, fired
     from netdae.errors import InputError, MeshError, NetdaeError, RunError, ScenarioError
+    from netdae.event_book import EventBook
+    from netdae.events import Event
     from netdae.flight import simulate
+    from netdae.forces.air import AirDrag
+    from netdae.forces.drag import BodyDrag
+    from netdae.forces.free_molecular import FreeMolecularDrag
     from netdae.forces.loads import Gravity, NodalLoad
+    from netdae.forces.orbit import Orbit
+    from netdae.forces.solar import BodySolarPressure, SolarPressure
     from netdae.initial import ejected, scaled
     from netdae.integration import integrate
     from netdae.material import Material
     from netdae.mesh_io import read_net, write_net
     from netdae.metrics import DeploymentMetrics
     from netdae.modes import frequencies
-    from netdae.motions import Fixed, FunctionMotion, TableMotion
+    from netdae.motions import Fixed, FunctionMotion, Steady, TableMotion
     from netdae.net import CableNet
     from netdae.observers import MetricsCsv, Progress
     from netdae.options import SolverOptions
+    from netdae.reels import Reel
     from netdae.restraints import Restraint
     from netdae.scenario import read_scenario
     from netdae.signals import Function, Pulse, Table
+    from netdae.star_fold import star
     from netdae.state import State, Trajectory
     from netdae.statics import Equilibrium, equilibrium
+    from netdae.stowed import Canister
     from netdae.system import System
+    from netdae.tether import Chaser, Tether
+    from netdae.tethered import with_tether
     from netdae.vtk import VtuSeries
 
 _HOMES = {
+    "netdae.accordion": ("accordion",),
     "netdae.damping": ("Dashpot", "NoDamping", "Rayleigh"),
+    "netdae.ejection": ("Ejection", "Launch", "Spread", "fired"),
     "netdae.errors": ("InputError", "MeshError", "NetdaeError", "RunError", "ScenarioError"),
+    "netdae.event_book": ("EventBook",),
+    "netdae.events": ("Event",),
+    "netdae.forces.air": ("AirDrag",),
+    "netdae.forces.drag": ("BodyDrag",),
+    "netdae.forces.free_molecular": ("FreeMolecularDrag",),
     "netdae.forces.loads": ("Gravity", "NodalLoad"),
+    "netdae.forces.orbit": ("Orbit",),
+    "netdae.forces.solar": ("BodySolarPressure", "SolarPressure"),
     "netdae.initial": ("ejected", "scaled"),
     "netdae.integration": ("integrate",),
     "netdae.material": ("Material",),
     "netdae.mesh_io": ("read_net", "write_net"),
     "netdae.metrics": ("DeploymentMetrics",),
     "netdae.modes": ("frequencies",),
-    "netdae.motions": ("Fixed", "FunctionMotion", "TableMotion"),
+    "netdae.motions": ("Fixed", "FunctionMotion", "Steady", "TableMotion"),
     "netdae.net": ("CableNet",),
     "netdae.observers": ("MetricsCsv", "Progress"),
     "netdae.options": ("SolverOptions",),
+    "netdae.reels": ("Reel",),
     "netdae.restraints": ("Restraint",),
     "netdae.scenario": ("read_scenario",),
     "netdae.signals": ("Function", "Pulse", "Table"),
     "netdae.flight": ("simulate",),
+    "netdae.star_fold": ("star",),
     "netdae.state": ("State", "Trajectory"),
     "netdae.statics": ("Equilibrium", "equilibrium"),
+    "netdae.stowed": ("Canister",),
     "netdae.system": ("System",),
+    "netdae.tether": ("Chaser", "Tether"),
+    "netdae.tethered": ("with_tether",),
     "netdae.vtk": ("VtuSeries",),
 }
 _HOME_OF = {name: module for module, names in _HOMES.items() for name in names}

@@ -20,7 +20,8 @@ from netdae.compilation import COMPILING, told_when_compiling
 from netdae.ensemble import STATISTICS, Ensemble, bands_of, common_warnings, figures_over
 from netdae.errors import RunError
 from netdae.metrics import COLUMNS
-from netdae.run_folder import METRICS, SUMMARY, RunFolder, fly, net_figures, versions
+from netdae.run_folder import METRICS, SUMMARY, RunFolder, fly
+from netdae.run_summary import net_figures, versions
 from netdae.scenario import Scenario
 from netdae.simulation import Simulation
 from netdae.state import State

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from netdae._arrays import FloatArray
+from netdae.gauge import MEASURES
 
 HISTORY = (
     "time",
@@ -19,22 +20,13 @@ HISTORY = (
     "distance",
     "dissipated_energy",
     "external_work",
-    "kinetic_energy",
-    "elastic_energy",
-    "tension",
-    "tension_cable",
-    "load",
-    "load_cable",
-    "strain",
-    "toe_multiple",
-    "taut_count",
-    "toe_count",
+    "momentum_residual",
+    "angular_momentum_residual",
+    *MEASURES,
 )
-"""Names of the histories, in SI units.
+"""Names of the histories, in SI units; see `gauge.MEASURES`.
 
-tension, load (tension over strength), strain and toe_multiple (the law's own strain over toe strain) are the
-largest of the net, ..._cable their cables; taut_count and toe_count count the cables with a toe that are taut, and
-that are in it.
+..._residual of a momentum is the size of what its change differs by from the external impulse.
 """
 
 
@@ -64,6 +56,7 @@ def figures_of(
     if toe:
         figures |= _toe_figures(h, warnings)
     figures |= _energy_figures(h, warnings)
+    figures |= _momentum_figures(h)
     figures["warnings"] = warnings
     return figures
 
@@ -191,3 +184,13 @@ def _energy_figures(h: Mapping[str, FloatArray], warnings: list[str]) -> dict[st
         "energy_residual_share": residual_share,
         "energy_rise_share": rise_share,
     }
+
+
+def _momentum_figures(h: Mapping[str, FloatArray]) -> dict[str, Any]:
+    """Largest errors of the balances, N s and N m s, and their shares of the largest Σ m |v| and Σ m |x × v|."""
+    figures: dict[str, Any] = {}
+    for name, scale in (("momentum", "speed_moment"), ("angular_momentum", "turn_moment")):
+        worst, largest = float(h[f"{name}_residual"].max()), float(h[scale].max())
+        figures[f"{name}_residual"] = worst
+        figures[f"{name}_residual_share"] = worst / largest if largest > 0 else 0.0
+    return figures

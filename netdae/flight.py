@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from contextlib import ExitStack
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from typing import Any
 
 from netdae._arrays import FloatArray
@@ -40,13 +40,32 @@ def watches_of(observers: Sequence[Any]) -> tuple[Watch, ...]:
 
 def shown(run: Integration, system: System, observers: Sequence[Any]) -> Iterator[State]:
     """The States of a run, each shown to the observers first; they begin and end with the run."""
+    with begun(system, observers):
+        for state in run:
+            show(state, observers)
+            yield state
+
+
+def show(state: State, observers: Sequence[Any]) -> None:
+    """Show a frame to the observers, in their order."""
+    for observer in observers:
+        observer(state)
+
+
+@contextmanager
+def begun(
+    system: System, observers: Sequence[Any], *, resume: Mapping[str, Any] | None = None
+) -> Iterator[None]:
+    """Begin the observers, in their order, and end them, in the reverse one.
+
+    resume : of a flight that goes on: those that have a `resume(system, memory)` are given it instead
+    """
     with ExitStack() as ends:
         for observer in observers:
             if hasattr(observer, "end"):
                 ends.callback(observer.end)
-            if hasattr(observer, "begin"):
+            if resume is not None and hasattr(observer, "resume"):
+                observer.resume(system, resume)
+            elif hasattr(observer, "begin"):
                 observer.begin(system)
-        for state in run:
-            for observer in observers:
-                observer(state)
-            yield state
+        yield

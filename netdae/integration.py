@@ -74,6 +74,7 @@ class Integration:
         self.fired: dict[str, float] = {}
         self.impulses: list[tuple[float, FloatArray]] = []
         self._seconds = 0.0
+        self._shown = 0
         if resume is not None:
             self._restore(resume)
         self._states = self._run()
@@ -132,13 +133,14 @@ class Integration:
         self._solver.counts.update(mark.counts)
         self._solver.seconds.update(mark.seconds)
         self._seconds = float(memory["total_seconds"])
+        self._shown = mark.shown
         if self._events is not None:
             self._events.restore(mark.events)
         self._resumed = self._mark = mark
         self._hold(np.nextafter(self._phase, math.inf), mark.state.x)
         self._drive.anchor[...] = memory["anchor"]
 
-    def _set_mark(self) -> None:
+    def _set_mark(self, *, stopped: bool = False) -> None:
         now = self._now
         self._mark = Mark(
             State(now.t, now.x, now.v, now.a, self._books),
@@ -151,13 +153,15 @@ class Integration:
             dict(self._solver.seconds),
             self._solver.memory(),
             {} if self._events is None else self._events.memory(),
+            self._shown,
+            stopped,
         )
 
     # Stages, phases, steps
 
     def _run(self) -> Iterator[State]:
         end = float(self._times[-1])
-        flying = True
+        flying = self._resumed is None or not self._resumed.stopped
         while flying:
             flying = False
             for begin, stop, phase in self._system.phases(self._stage, end):
@@ -263,8 +267,9 @@ class Integration:
                     self._outputs.popleft()
                 told = self._books_of.told()
                 self._books = self._books_of.books()
-            if step is steps[-1] or firing is not None:
-                self._set_mark()
+            # at an event that only ends a stage there is no mark: the flight is gone on from before it
+            if step is steps[-1] or stopped:
+                self._set_mark(stopped=stopped)
             if at_frame or stopped:
                 yield from self._frame_of(state, told)
             if firing is not None:
@@ -321,6 +326,7 @@ class Integration:
         begin = perf_counter()
         now = self._now
         told = State(now.t, now.x, now.v, now.a, self._books)
+        self._shown += 1
         for watch in self._watch:
             watch(told)
         self._solver.seconds["watchers"] += perf_counter() - begin

@@ -26,6 +26,8 @@ class Mark(NamedTuple):
     impulses : (time, impulse (3,) in N s) of jumps of velocity
     counts, seconds : of the integrator
     solver, events : what the integrator and the finder of events need to go on
+    shown : how many internal steps the watchers have seen
+    stopped : whether an event has ended the flight here
     """
 
     state: State
@@ -38,6 +40,8 @@ class Mark(NamedTuple):
     seconds: Mapping[str, float]
     solver: Mapping[str, FloatArray]
     events: Mapping[str, Any]
+    shown: int
+    stopped: bool
 
     def memory(self, frames: int, frame: float, anchor: FloatArray, total_seconds: float) -> dict[str, Any]:
         """As arrays, with the number and time of the frames yielded since, and where driven nodes count from."""
@@ -61,6 +65,8 @@ class Mark(NamedTuple):
             **_table("counts", self.counts, np.int64),
             **_table("seconds", self.seconds, np.float64),
             "total_seconds": np.array(total_seconds),
+            "shown": np.array(self.shown),
+            "stopped": np.array(self.stopped),
             **{f"{_SOLVER}{name}": array for name, array in self.solver.items()},
             **{f"{_EVENTS}{name}": array for name, array in self.events.items()},
         }
@@ -83,6 +89,8 @@ class Mark(NamedTuple):
             _from_table("seconds", memory),
             _beginning_with(_SOLVER, memory),
             _beginning_with(_EVENTS, memory),
+            int(memory["shown"]),
+            bool(memory["stopped"]),
         )
 
 

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from array import array
+import os
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numba import njit
 
-from netdae._arrays import BoolArray, FloatArray, IntArray
+from netdae._arrays import FloatArray, IntArray
 from netdae.errors import InputError
 from netdae.figures import HISTORY, figures_of
-from netdae.forces.cables import law_of, own_strain_of, strain_of
+from netdae.gauge import Gauge
+from netdae.journal import Journal
 from netdae.mouth import corners_of, mouth_of, vector_area
 from netdae.state import State
 
@@ -40,6 +41,12 @@ COLUMNS = (
     "angular_momentum_z",
     "max_tension",
     "taut_fraction",
+    "external_impulse_x",
+    "external_impulse_y",
+    "external_impulse_z",
+    "external_angular_impulse_x",
+    "external_angular_impulse_y",
+    "external_angular_impulse_z",
 )
 """Columns of metrics.csv, SI units."""
 
@@ -51,6 +58,8 @@ class DeploymentMetrics:
         without one
     corners : name of the node group of the corners, see `mouth.corners_of`; None for none. A net without a
         mouth, without the default group or with fewer than three corners has no corner area.
+    journal : file for a row of `figures.HISTORY` per internal step, so that they need no memory and outlive a
+        kill; in memory by default
 
     The columns of a row:
 
@@ -60,55 +69,103 @@ class DeploymentMetrics:
     energy_residual : (kinetic + elastic + dissipated − external work) − its start, J
     max_tension : the largest at internal steps since the row before, N; without the dashpot's share
     taut_fraction : share of the cables that are taut
+    external_impulse, external_angular_impulse : from outside since the start, N s and N m s; momentum and angular
+        momentum, of all nodes and about the origin, change by just these
+
+    Centre of mass and distance are those of the net's own nodes, without tether and chaser.
     """
 
-    def __init__(self, *, mouth: str | None = "border", corners: str | None = "corners") -> None:
+    def __init__(
+        self,
+        *,
+        mouth: str | None = "border",
+        corners: str | None = "corners",
+        journal: str | os.PathLike[str] | None = None,
+    ) -> None:
         self.mouth = mouth
         self.corners = corners
         self.rows: list[tuple[float, ...]] = []
-        self._history = array("d")
+        self._history = Journal(len(HISTORY), journal)
+
+    def kept_in(self, journal: str | os.PathLike[str]) -> DeploymentMetrics:
+        """The same measures of another flight, with a journal in that file."""
+        return DeploymentMetrics(mouth=self.mouth, corners=self.corners, journal=journal)
 
     def begin(self, system: System) -> None:
         """Find the loops; raises InputError if the mouth is not one closed loop, and says how to do without."""
+        self._look_at(system)
+        self._started = False
+        self.rows = []
+        self._history.clear()
+
+    def resume(self, system: System, memory: Mapping[str, Any]) -> None:
+        """Go on with the journal, up to the internal step from which the flight goes on, and with `memory`'s start.
+
+        The rows of the frames are those that `rows` has. Raises InputError where the journal ends too early.
+        """
+        self._look_at(system)
+        self._start_com, self._start_total = memory["start_com"], float(memory["start_total"])
+        self._start_momenta = memory["start_momenta"]
+        direction = memory["direction"]
+        self._direction = direction if len(direction) else None
+        self._started = True
+        self._history.reopen()
+        self._history.keep(int(memory["shown"]))
+
+    def memory(self) -> dict[str, FloatArray]:
+        """What `resume` needs to go on beside the journal."""
+        direction = np.zeros(0) if self._direction is None else self._direction
+        return {
+            "start_com": self._start_com,
+            "direction": direction,
+            "start_total": np.array(self._start_total),
+            "start_momenta": self._start_momenta,
+        }
+
+    @property
+    def history(self) -> FloatArray:
+        """The histories so far, (k, 20): rows at internal steps, columns as `figures.HISTORY` names them."""
+        return self._history.rows()
+
+    def _look_at(self, system: System) -> None:
         net = system.net
         self._system = system
         self._loop = self._mouth_loop_of(net)
         self._corner_loop = self._corner_loop_of(net)
-        self._share_of_mass = system.mass / system.mass.sum()
+        self._gauge = Gauge.of(system)
         self._has_strength = bool(np.isfinite(system.strength).any())
         self._has_toe = bool((system.toe_strain > 0).any())
-        cables = system.cables
-        self._cords = (
-            system.mass,
-            cables.nodes,
-            cables.L,
-            cables.EA,
-            cables.eps,
-            cables.engineering,
-            system.strength,
-        )
-        self._started = False
-        self.rows = []
-        self._history = array("d")
 
     def __call__(self, state: State) -> None:
-        """Add the row of a frame."""
+        """Add the row of a frame, and bring the journal up to it."""
         self.rows.append(self.row_of(state))
+        self._history.flush()
+
+    def end(self) -> None:
+        """Close the journal; the summary can still be had."""
+        self._history.close()
+
+    def forget(self) -> None:
+        """Take the journal away."""
+        self._history.remove()
 
     def watch(self, state: State) -> None:
         """Take an internal step into the summary."""
         if not self._started:
             self._start(state)
         x, books = state.x, state.books
-        measured = _measured(x, state.v, *self._cords)
-        self._history.extend(
+        measured = self._gauge.measure(x, state.v)
+        momentum, turn = self._momentum_errors(state)
+        self._history.append(
             (
                 state.t,
                 _area_of(x, self._loop),
                 _area_of(x, self._corner_loop),
-                self._distance_to(self._share_of_mass @ x),
+                self._distance_to(self._gauge.centre_of(x)),
                 books.dissipated_energy,
                 books.external_work,
+                momentum,
+                turn,
                 *measured,
             )
         )
@@ -119,7 +176,7 @@ class DeploymentMetrics:
             self._start(state)
         system, x, v, books = self._system, state.x, state.v, state.books
         kinetic, elastic = system.kinetic_energy(v), system.elastic_energy(x)
-        com = self._share_of_mass @ x
+        com = self._gauge.centre_of(x)
         total = kinetic + elastic + books.dissipated_energy - books.external_work
         row = (
             state.t,
@@ -136,6 +193,8 @@ class DeploymentMetrics:
             *system.angular_momentum(x, v),
             books.peak_tension,
             np.count_nonzero(system.strain(x) > 0) / system.net.cable_count,
+            *books.external_impulse,
+            *books.external_angular_impulse,
         )
         return tuple(map(float, row))
 
@@ -153,10 +212,12 @@ class DeploymentMetrics:
         tension_quantile_99_9 : N, the largest tension of the net stays below it for 99.9 % of the time
         tension_over_strength : the same of the largest ratio of tension to strength
         energy_residual_share, energy_rise_share : of largest_energy, the largest kinetic + elastic energy
+        momentum_residual, angular_momentum_residual : N s and N m s, largest errors of their balances, and ..._share
+            of the largest Σ m |v| and Σ m |x × v|
         """
-        if not self._history:
+        if not len(self._history):
             raise RuntimeError("no internal step was watched: give the metrics to simulate() as an observer")
-        columns = np.array(self._history).reshape(-1, len(HISTORY)).T
+        columns = np.array(self.history).T
         return figures_of(
             dict(zip(HISTORY, columns, strict=True)),
             mouth=self._loop is not None,
@@ -186,72 +247,33 @@ class DeploymentMetrics:
 
     def _start(self, state: State) -> None:
         system, x, v, books = self._system, state.x, state.v, state.books
-        momentum = system.momentum(v)
+        momentum = self._gauge.own_momentum(v)
         size = np.linalg.norm(momentum)
         # what is left of moments that cancel is round-off and has no direction
-        moving = size > 1e-9 * (system.mass @ np.linalg.norm(v, axis=1))
+        moving = size > 1e-9 * (self._gauge.own_mass @ np.linalg.norm(v, axis=1))
         self._direction = momentum / size if moving else None
-        self._start_com = self._share_of_mass @ x
+        self._start_com = self._gauge.centre_of(x)
+        self._start_momenta = self._momenta_less_impulses(state)
         energy = system.kinetic_energy(v) + system.elastic_energy(x)
         self._start_total = energy + books.dissipated_energy - books.external_work
         self._started = True
+
+    def _momenta_less_impulses(self, state: State) -> FloatArray:
+        """Momentum and angular momentum less what came from outside, (2, 3): what the flight keeps."""
+        system, books = self._system, state.books
+        momenta = np.stack((system.momentum(state.v), system.angular_momentum(state.x, state.v)))
+        return momenta - np.stack((books.external_impulse, books.external_angular_impulse))
+
+    def _momentum_errors(self, state: State) -> tuple[float, float]:
+        """Residuals of momentum in N s and of angular momentum in N m s."""
+        errors = self._momenta_less_impulses(state) - self._start_momenta
+        return float(np.linalg.norm(errors[0])), float(np.linalg.norm(errors[1]))
 
     def _distance_to(self, com: FloatArray) -> float:
         way = com - self._start_com
         if self._direction is None:
             return float(np.sqrt(way @ way))
         return float(way @ self._direction)
-
-
-@njit(cache=True)
-def _measured(
-    x: FloatArray,
-    v: FloatArray,
-    mass: FloatArray,
-    nodes: IntArray,
-    L: FloatArray,
-    EA: FloatArray,
-    eps: FloatArray,
-    engineering: BoolArray,
-    strength: FloatArray,
-) -> tuple[float, float, float, float, float, float, float, float, float, float]:
-    """What `HISTORY` names from kinetic_energy on, in one pass: System's own methods take five times as long."""
-    kinetic = elastic = 0.0
-    for i in range(len(mass)):
-        kinetic += 0.5 * mass[i] * (v[i, 0] * v[i, 0] + v[i, 1] * v[i, 1] + v[i, 2] * v[i, 2])
-    tension = load = multiple = 0.0
-    strain = -np.inf
-    tension_cable = load_cable = taut_count = toe_count = 0
-    for e in range(len(L)):
-        i, j = nodes[e]
-        E11 = strain_of(x[j, 0] - x[i, 0], x[j, 1] - x[i, 1], x[j, 2] - x[i, 2], L[e])
-        strain = max(strain, E11)
-        if E11 <= 0.0:
-            continue
-        g, _, _, energy = law_of(E11, eps[e], engineering[e])
-        elastic += EA[e] * L[e] * energy
-        N = EA[e] * g * np.sqrt(1.0 + 2.0 * E11)
-        if tension < N:
-            tension, tension_cable = N, e
-        if load * strength[e] < N:  # never for an infinite strength
-            load, load_cable = N / strength[e], e
-        if eps[e] > 0.0:
-            taut_count += 1
-            own = own_strain_of(E11, engineering[e])
-            toe_count += eps[e] > own
-            multiple = max(multiple, own / eps[e])
-    return (
-        kinetic,
-        elastic,
-        tension,
-        float(tension_cable),
-        load,
-        float(load_cable),
-        strain,
-        multiple,
-        float(taut_count),
-        float(toe_count),
-    )
 
 
 def _area_of(x: FloatArray, loop: IntArray | None) -> float:

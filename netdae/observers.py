@@ -1,22 +1,19 @@
-"""Watchers of a flight beside those of `vtk` and `metrics`: the table, the checkpoint, frames, progress."""
+"""Watchers of a flight beside those of `vtk`, `metrics`, `recorder` and `checkpoint`: the table and the progress."""
 
 from __future__ import annotations
 
 import contextlib
-import io
 import logging
 import os
 import time
-import zipfile
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
-import numpy as np
-
-from netdae._files import reason_of, write_whole
+from netdae._files import reason_of
 from netdae.errors import InputError, RunError
 from netdae.metrics import COLUMNS, DeploymentMetrics
-from netdae.state import Books, State, Trajectory
+from netdae.state import State
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -51,6 +48,28 @@ class MetricsCsv:
                 f"{self.path} cannot be written: {reason_of(error)}: choose another output folder"
             ) from error
 
+    def resume(self, system: System, memory: Mapping[str, Any]) -> None:
+        """Keep the rows of the frames that the flight has yielded; raises InputError where they are not there."""
+        count = int(memory["frames"])
+        try:
+            data = self.path.read_bytes()
+            lines = data.split(b"\n", count + 1)[: count + 1]
+            if lines[0].decode(errors="replace") != ",".join(COLUMNS):
+                raise InputError(
+                    f"{self.path}: its first line is not that of a run: it cannot be gone on from"
+                )
+            end = sum(len(line) + 1 for line in lines)
+            if len(lines) <= count or end > len(data):
+                rows = max(0, data.count(b"\n") - 1)
+                raise InputError(
+                    f"{self.path} has {rows} rows, expected {count} at least: it cannot be gone on from"
+                )
+            self.metrics.rows = [_numbers_in(line, self.path) for line in lines[1:]]
+            os.truncate(self.path, end)
+            self._stream = self.path.open("a", encoding="utf-8", newline="\n")
+        except OSError as error:
+            raise InputError(f"{self.path} cannot be gone on from: {reason_of(error)}") from error
+
     def __call__(self, state: State) -> None:
         """Write the row of a frame."""
         try:
@@ -74,101 +93,14 @@ class MetricsCsv:
         self._stream.flush()
 
 
-class Checkpoint:
-    """Observer that keeps the last frame, with its books, in a .npz file: complete at every moment.
-
-    Raises InputError where nothing can be written, RunError when a frame cannot be.
-    """
-
-    def __init__(self, path: str | os.PathLike[str]) -> None:
-        self.path = Path(path)
-
-    def begin(self, system: System) -> None:
-        """Make the folder and take a former checkpoint away."""
-        try:
-            self.path.parent.mkdir(parents=True, exist_ok=True)
-            self.path.unlink(missing_ok=True)
-        except OSError as error:
-            raise InputError(
-                f"{self.path} cannot be written: {reason_of(error)}: choose another output folder"
-            ) from error
-
-    def __call__(self, state: State) -> None:
-        """Write a State in place of the one before."""
-        content = io.BytesIO()
-        books = state.books
-        np.savez(
-            content,
-            t=state.t,
-            x=state.x,
-            v=state.v,
-            a=state.a,
-            dissipated_energy=books.dissipated_energy,
-            external_work=books.external_work,
-            external_impulse=np.array(books.external_impulse),
-            peak_tension=books.peak_tension,
-        )
-        try:
-            write_whole(self.path, content.getvalue())
-        except OSError as error:
-            raise RunError(
-                f"the checkpoint at t = {state.t:g} s could not be written to {self.path}: {reason_of(error)}"
-            ) from error
-
-
-def read_checkpoint(path: str | os.PathLike[str]) -> State:
-    """The State that a `Checkpoint` kept; raises InputError for a file that is none."""
-    source = Path(path)
+def _numbers_in(line: bytes, path: Path) -> tuple[float, ...]:
     try:
-        with np.load(source) as arrays:
-            books = Books(
-                float(arrays["dissipated_energy"]),
-                float(arrays["external_work"]),
-                tuple(arrays["external_impulse"].tolist()),
-                float(arrays["peak_tension"]),
-            )
-            return State(float(arrays["t"]), arrays["x"], arrays["v"], arrays["a"], books)
-    except OSError as error:
-        raise InputError(
-            f"{source} cannot be read: {reason_of(error)}: give the checkpoint.npz of an output folder"
-        ) from error
-    except (ValueError, KeyError, EOFError, TypeError, AttributeError, zipfile.BadZipFile) as error:
-        raise InputError(
-            f"{source} is not a checkpoint of netdae: {error}: give the checkpoint.npz of an output folder"
-        ) from error
-
-
-class Recorder:
-    """Observer that keeps all frames, and writes them to a file at the end, also of a run that failed.
-
-    path : the trajectory.npz, or None to keep them in memory only
-    """
-
-    def __init__(self, path: str | os.PathLike[str] | None = None) -> None:
-        self.path = None if path is None else Path(path)
-        self.states: list[State] = []
-
-    def begin(self, system: System) -> None:
-        """Forget the frames of a former flight."""
-        self.states = []
-
-    def __call__(self, state: State) -> None:
-        """Keep a State."""
-        self.states.append(state)
-
-    def trajectory(self) -> Trajectory:
-        """The frames so far; at least one."""
-        return Trajectory.of(self.states)
-
-    def end(self) -> None:
-        """Write the file if there is a path and a frame."""
-        if self.path is None or not self.states:
-            return
-        try:
-            self.path.parent.mkdir(parents=True, exist_ok=True)
-            self.trajectory().save(self.path)
-        except OSError as error:
-            raise RunError(f"{self.path} could not be written: {reason_of(error)}") from error
+        numbers = tuple(map(float, line.split(b",")))
+    except ValueError:
+        numbers = ()
+    if len(numbers) != len(COLUMNS):
+        raise InputError(f"{path}: a row is not {len(COLUMNS)} numbers: it cannot be gone on from")
+    return numbers
 
 
 class Progress:
@@ -192,11 +124,18 @@ class Progress:
 
     def begin(self, system: System) -> None:
         """Show an empty bar."""
+        self._show_from(None)
+
+    def resume(self, system: System, memory: Mapping[str, Any]) -> None:
+        """Show an empty bar of the time that is left."""
+        self._show_from(float(memory["t"]))
+
+    def _show_from(self, start: float | None) -> None:
         from rich.console import Console
 
-        self.step_count = -1  # the first State watched is the start
-        self._start_time: float | None = None
-        self._t = 0.0
+        self.step_count = -1 if start is None else 0  # the first State watched is the start
+        self._start_time = start
+        self._t = start or 0.0
         self._tenth = 0
         self._began = self._looked = time.monotonic()
         console = self._console or Console(stderr=True)

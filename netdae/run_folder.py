@@ -1,33 +1,39 @@
-"""The output folder of a run: which files are in it, the flight into it, and what its summary tells."""
+"""The output folder of a run: which files are in it, and the flight into it."""
 
 from __future__ import annotations
 
 import contextlib
-import json
-import math
 import os
 import re
-from collections.abc import Mapping, Sequence
-from importlib.metadata import version
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from platform import python_version
 from typing import Any
 
 import netdae
 from netdae._files import reason_of, write_whole
+from netdae.checkpoint import Checkpoint, Kept, Memory, close_checkpoint, write_checkpoint
 from netdae.errors import InputError, RunError
-from netdae.flight import shown, watches_of
-from netdae.ida import SUNDIALS_VERSION
-from netdae.observers import Checkpoint, MetricsCsv, Recorder
+from netdae.figures import HISTORY
+from netdae.flight import begun, show, watches_of
+from netdae.journal import Journal
+from netdae.lock import locked
+from netdae.metrics import DeploymentMetrics
+from netdae.observers import MetricsCsv
+from netdae.recorder import Recorder
+from netdae.run_summary import LastStep, json_of, summary_of
 from netdae.scenario import Scenario
+from netdae.scenario_digest import digests_of
 from netdae.simulation import Simulation
-from netdae.stable_step import cheaper_method
-from netdae.state import State
-from netdae.system import System
 
 SERIES, METRICS, TRAJECTORY = "series.pvd", "metrics.csv", "trajectory.npz"
 CHECKPOINT, SUMMARY, SCENARIO = "checkpoint.npz", "summary.json", "scenario.toml"
-FILES = (SERIES, METRICS, TRAJECTORY, CHECKPOINT, SUMMARY, SCENARIO)
+JOURNALS = FRAMES_JOURNAL, STEPS_JOURNAL = "trajectory.journal", "steps.journal"
+"""Of frames and of internal steps: in the folder while a run is under way, and after a kill."""
+LOCK = "run.lock"
+FINISHED = "finished"
+"""Status of a run that has come to its end."""
+FILES = (SERIES, METRICS, TRAJECTORY, CHECKPOINT, SUMMARY, SCENARIO, *JOURNALS)
 """Files of a run, beside the folder `frames`."""
 
 _FRAME = re.compile(r"frame_\d{6,}\.vtu(\.part)?")
@@ -38,6 +44,7 @@ class RunFolder:
     """A folder that takes the files of one run of a scenario.
 
     frames : whether series.pvd and the folder `frames` are written
+    kept : of the checkpoint in the folder, from which its run is to go on; None for a new run
 
     Raises InputError for a path that is a file, or a folder with the files of a former run or ensemble in it
     unless `overwrite`, which is refused where the scenario reads one of them. Nothing is changed before `claim`.
@@ -50,17 +57,25 @@ class RunFolder:
         *,
         overwrite: bool = False,
         frames: bool = True,
+        kept: Kept | None = None,
     ) -> None:
         self.path = Path(path)
         self.frames = frames
-        self._scenario = scenario
+        self.kept = kept
+        self.scenario = scenario
+        self._overwrite = overwrite
+        if kept is None:
+            self._check_free()
+
+    def _check_free(self) -> None:
+        scenario = self.scenario
         former = self._former()
         own = (scenario.text, scenario.copy)
         if [file.name for file in former] == [SCENARIO] and former[0].read_bytes() not in own:
             raise InputError(
                 f"{self.path}: {SCENARIO} in it is not of a run: choose another output folder by -o"
             )
-        if former and not overwrite:
+        if former and not self._overwrite:
             raise InputError(
                 f"{self.path}: a former run is in this folder ({former[0].relative_to(self.path).as_posix()}): "
                 "choose another by -o, or replace the run by --overwrite"
@@ -73,22 +88,78 @@ class RunFolder:
                 "choose another output folder by -o"
             )
 
+    def held(self) -> contextlib.ExitStack:
+        """Make the folder and keep other runs out of it until the context ends; raises InputError."""
+        context = contextlib.ExitStack()
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+            context.enter_context(locked(self.path / LOCK))
+        except OSError as error:
+            raise self._not_writable(error) from error
+        return context
+
+    def notes(self, simulation: Simulation, about: Mapping[str, Any] | None) -> dict[str, Any]:
+        """What the checkpoint tells of this flight, see `stopped_run`."""
+        end = float(simulation.times[-1])
+        if self.kept is None:
+            return {
+                "netdae": netdae.__version__,
+                "scenario": digests_of(self.scenario, self._text),
+                "end": end,
+                "frames": self.frames,
+                "resumes": [],
+                "about": {**(about or {})},
+            }
+        former = {**self.kept.memory.notes}
+        former.pop("status", None)
+        resumes = [*former["resumes"], {"time": self.kept.state.t, "end": end}]
+        return {**former, "end": end, "resumes": resumes, "about": {**former["about"], **(about or {})}}
+
+    @property
+    def _text(self) -> bytes:
+        """The scenario as it stands in the folder."""
+        in_place = (self.path / SCENARIO).resolve() == self.scenario.path.resolve()
+        return self.scenario.text if in_place else self.scenario.copy
+
     def claim(self) -> None:
         """Make the folder, take the files of a former run away, copy the scenario; raises InputError."""
         try:
             self.path.mkdir(parents=True, exist_ok=True)
+            self._check_free()  # again: it may have been a while
             former = self._former()
             for file in former:
                 file.unlink()
             for folder in sorted({file.parent for file in former} - {self.path}, reverse=True):
                 _remove_if_empty(folder)
             copy = self.path / SCENARIO
-            if copy.resolve() != self._scenario.path.resolve():
-                write_whole(copy, self._scenario.copy)
+            if copy.resolve() != self.scenario.path.resolve():
+                write_whole(copy, self._text)
             if self.frames:
                 (self.path / "frames").mkdir(exist_ok=True)
         except OSError as error:
             raise self._not_writable(error) from error
+
+    def unpack(self, kept: Kept) -> None:
+        """Make the journal of internal steps of a flight that had ended; raises InputError."""
+        if kept.history is not None and not (self.path / STEPS_JOURNAL).exists():
+            steps = Journal(len(HISTORY), self.path / STEPS_JOURNAL)
+            steps.fill(kept.history)
+            steps.close()
+
+    def reopen(self, kept: Kept, notes: Mapping[str, Any]) -> None:
+        """Undo what tells of the run as ended, once its files are known to be sound; raises InputError, RunError."""
+        write_checkpoint(self.path / CHECKPOINT, kept.state, kept.memory._replace(notes=notes))
+        try:
+            (self.path / SUMMARY).unlink(missing_ok=True)
+        except OSError as error:
+            raise self._not_writable(error) from error
+
+    def close(self, metrics: DeploymentMetrics, *, status: str) -> None:
+        """Put what a later run needs to go on into the checkpoint, and take the journal away; raises RunError."""
+        history = metrics.history
+        if (self.path / CHECKPOINT).exists():
+            close_checkpoint(self.path / CHECKPOINT, history, status=status)
+        metrics.forget()
 
     def _not_writable(self, error: OSError) -> InputError:
         return InputError(
@@ -104,14 +175,17 @@ class RunFolder:
                 )
             inside = sorted(self.path.iterdir()) if self.path.exists() else []
             members = [each for each in inside if _MEMBER.fullmatch(each.name) and not each.is_symlink()]
-            source = self._scenario.path.resolve()
+            source = self.scenario.path.resolve()
             found = [file for folder in [self.path, *members] for file in _written_in(folder)]
             return [file for file in found if file.resolve() != source]
         except OSError as error:
             raise self._not_writable(error) from error
 
-    def observers(self, simulation: Simulation) -> list[Any]:
-        """Observers that measure a flight and write its files; the metrics come first."""
+    def observers(self, simulation: Simulation, memory: Callable[[], Memory] | None = None) -> list[Any]:
+        """Observers that measure a flight and write its files; the metrics come first.
+
+        memory : for the checkpoint, which comes after all files of a frame
+        """
         series: list[Any] = []
         if self.frames:
             from netdae.vtk import VtuSeries  # VTK's import takes 0.2 s
@@ -121,15 +195,14 @@ class RunFolder:
             simulation.metrics,
             MetricsCsv(self.path / METRICS, simulation.metrics),
             *series,
-            Checkpoint(self.path / CHECKPOINT),
             Recorder(self.path / TRAJECTORY),
+            Checkpoint(self.path / CHECKPOINT, memory=memory),
         ]
 
     def write_summary(self, summary: Mapping[str, Any]) -> None:
         """Write summary.json, whole; numbers that are not finite become null. Raises RunError."""
-        text = json.dumps(_plain(summary), indent=2, allow_nan=False, ensure_ascii=False) + "\n"
         try:
-            write_whole(self.path / SUMMARY, text.encode())
+            write_whole(self.path / SUMMARY, json_of(summary).encode())
         except OSError as error:
             raise RunError(f"{self.path / SUMMARY} could not be written: {reason_of(error)}") from error
 
@@ -163,137 +236,57 @@ def fly(
     Raises InputError for what cannot fly before the folder is changed; RunError for a flight that fails and
     KeyboardInterrupt, both with a message that says what was kept.
     """
-    last = LastStep()
-    watchers = [*folder.observers(simulation), last, *observers]
-    flight = simulation.integrate(watches_of(watchers))
-    folder.claim()
-    status, frames = "failed", 0
-    try:
-        for _ in shown(flight, simulation.system, watchers):
-            frames += 1
-        status = "finished"
-    except RunError as error:
-        status = f"failed: {error}"
-        raise RunError(f"{error}; {_kept(frames)} in {folder.path}") from error
-    except KeyboardInterrupt:
-        status = "interrupted"
-        t = simulation.start.t if last.state is None else last.state.t
-        raise KeyboardInterrupt(f"interrupted at t = {t:.4g} s; {_kept(frames)} in {folder.path}") from None
-    except Exception as error:
-        status = f"failed: {type(error).__name__}: {error}"
-        raise
-    finally:
-        summary = summary_of(
-            simulation,
-            status=status,
-            statistics=flight.statistics,
-            impulses=flight.impulses,
-            last=last.state,
-        )
-        summary |= about or {}
-        folder.write_summary(summary)
+    kept = folder.kept
+    simulation = replace(simulation, metrics=simulation.metrics.kept_in(folder.path / STEPS_JOURNAL))
+    notes = folder.notes(simulation, about)
+
+    def memory() -> Memory:
+        return Memory(flight.memory(), simulation.metrics.memory(), notes)
+
+    last = LastStep(None if kept is None else kept.state)
+    watchers = [*folder.observers(simulation, memory), last, *observers]
+    resume = (None, None) if kept is None else (kept.memory.flight, kept.memory.all)
+    flight = simulation.integrate(watches_of(watchers), resume=resume[0])
+    began, status, frames = False, "failed", 0 if kept is None else kept.frames
+    with folder.held():
+        folder.claim() if kept is None else folder.unpack(kept)
+        try:
+            with begun(simulation.system, watchers, resume=resume[1]):
+                began = True
+                if kept is not None:
+                    folder.reopen(kept, notes)
+                for state in flight:
+                    show(state, watchers)
+                    frames += 1
+            status = FINISHED
+        except RunError as error:
+            status = f"failed: {error}"
+            raise RunError(f"{error}; {_kept(frames)} in {folder.path}") from error
+        except KeyboardInterrupt:
+            status = "interrupted"
+            t = simulation.start.t if last.state is None else last.state.t
+            raise KeyboardInterrupt(
+                f"interrupted at t = {t:.4g} s; {_kept(frames)} in {folder.path}"
+            ) from None
+        except Exception as error:
+            status = f"failed: {type(error).__name__}: {error}"
+            raise
+        finally:
+            if began:
+                summary = summary_of(
+                    simulation,
+                    status=status,
+                    statistics=flight.statistics,
+                    impulses=flight.impulses,
+                    fired=flight.fired,
+                    last=last.state,
+                    resumes=notes["resumes"],
+                )
+                summary |= notes["about"]
+                folder.write_summary(summary)
+                folder.close(simulation.metrics, status=status)
     return summary
 
 
 def _kept(frames: int) -> str:
     return "the one frame up to then is" if frames == 1 else f"the {frames} frames up to then are"
-
-
-class LastStep:
-    """Observer that keeps the State of the last internal step."""
-
-    def __init__(self) -> None:
-        self.state: State | None = None
-
-    def watch(self, state: State) -> None:
-        """Keep it."""
-        self.state = state
-
-    def __call__(self, state: State) -> None:
-        """Nothing at a frame, so that the figures do not depend on the frames."""
-
-
-def summary_of(
-    simulation: Simulation,
-    *,
-    status: str,
-    statistics: Mapping[str, Any],
-    impulses: Sequence[tuple[float, Any]],
-    last: State | None,
-) -> dict[str, Any]:
-    """What summary.json tells: no figure in it depends on the number of frames.
-
-    status : "finished", "interrupted" or "failed: " with the reason
-    statistics, impulses : of the `Integration`
-    last : State of the last internal step, None if there is none
-    """
-    system, options = simulation.system, simulation.options
-    figures = {} if last is None else simulation.metrics.summary()
-    warnings = [*simulation.findings, *figures.pop("warnings", [])]
-    return {
-        "title": simulation.title,
-        "status": status,
-        "net": net_figures(system),
-        "solver": {
-            "begin": float(simulation.times[0]),
-            "end": float(simulation.times[-1]),
-            "reached": None if last is None else last.t,
-            "accuracy": options.accuracy,
-            "max_step": options.max_step,
-            **options.in_force,
-            "cheaper": cheaper_method(system),
-            **statistics,
-        },
-        "deployment": figures,
-        "restraints": [] if last is None else _reactions(simulation, last),
-        "impulses": [{"time": t, "impulse": list(map(float, impulse))} for t, impulse in impulses],
-        "warnings": warnings,
-        "versions": versions(),
-    }
-
-
-def net_figures(system: System) -> dict[str, Any]:
-    """What the summary tells of a net."""
-    return {
-        "nodes": system.net.node_count,
-        "cables": system.net.cable_count,
-        "mass": float(system.mass.sum()),
-        "cable_mass": float(system.cords.linear_density @ system.net.rest_length),
-    }
-
-
-def _reactions(simulation: Simulation, last: State) -> list[dict[str, Any]]:
-    """Sums over the nodes of each restraint at the last internal step, with the loads as they are just before."""
-    system = simulation.system
-    begin = float(simulation.times[0])
-    *_, (_, _, phase) = system.phases(begin, last.t) if last.t > begin else [(begin, begin, system)]
-    forces = phase.reactions(last.t, last.x, last.v, last.a)
-    told = []
-    for restraint in system.restraints:
-        total = [0.0, 0.0, 0.0]
-        for axis in restraint.axis_indices:
-            total[axis] = float(forces[system.net.nodes_of(restraint.group), axis].sum())
-        told.append({"group": restraint.group, "axes": restraint.axes, "final_reaction": total})
-    return told
-
-
-def versions() -> dict[str, str]:
-    """Versions of netdae and of what its figures stand on."""
-    packages = ("numpy", "scipy", "numba", "scikit-sundae")
-    return {
-        "netdae": netdae.__version__,
-        "python": python_version(),
-        **{name: version(name) for name in packages},
-        "sundials": SUNDIALS_VERSION,
-    }
-
-
-def _plain(value: Any) -> Any:
-    """Mappings, lists, numbers and text as JSON has them."""
-    if isinstance(value, Mapping):
-        return {str(key): _plain(each) for key, each in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(each) for each in value]
-    if hasattr(value, "item"):
-        value = value.item()
-    return None if isinstance(value, float) and not math.isfinite(value) else value

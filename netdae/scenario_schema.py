@@ -6,66 +6,36 @@ Numbers are strict (no text, no true or false) and finite, SI units; angles are 
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import Discriminator, Field, Tag
 
+from netdae import scenario_environment as environment
 from netdae.options import COARSEST_RTOL, FINEST_RTOL, Method
+from netdae.scenario_events import EventEntry
+from netdae.scenario_initial import Initial
 from netdae.scenario_nets import Net
 from netdae.scenario_section import (
     Area,
     BreakingForce,
     DampingTime,
     Density,
-    FactorVector,
-    ForceVector,
     LinearDensity,
     Modulus,
     NodeMass,
     Section,
-    Speed,
     Step,
     Text,
     Thickness,
     Time,
     Tolerance,
-    Vector,
     kind_of,
 )
+from netdae.scenario_tables import FixedOrTable, ForceOrTable, Vector3OrTable
+from netdae.scenario_tether import TetherEntry, TimeOrEvent
 
 NONE = "none"
 """What the keys of [metrics] say where a net has no such group."""
-
-
-class TableFile(Section):
-    """A CSV table with the header t,x,y,z; times in s, rising."""
-
-    file: Text = Field(description="CSV file with the header t,x,y,z.")
-    interpolation: Literal["linear", "cubic"] = Field("linear", description="Curve through the rows.")
-
-
-class MotionFile(Section):
-    """A CSV table with the header t,x,y,z or t,x,y,z,vx,vy,vz: displacements in m from where the nodes start."""
-
-    file: Text = Field(description="CSV file with the header t,x,y,z or t,x,y,z,vx,vy,vz.")
-    interpolation: Literal["linear", "cubic"] = Field("cubic", description="Curve through the rows.")
-
-
-def _kind_of_table(value: Any) -> str:
-    return "<table>" if isinstance(value, dict) else "<value>"
-
-
-Vector3OrTable = Annotated[
-    Annotated[Vector, Tag("<value>")] | Annotated[TableFile, Tag("<table>")], Discriminator(_kind_of_table)
-]
-ForceOrTable = Annotated[
-    Annotated[ForceVector, Tag("<value>")] | Annotated[TableFile, Tag("<table>")],
-    Discriminator(_kind_of_table),
-]
-FixedOrTable = Annotated[
-    Annotated[Literal["fixed"], Tag("<value>")] | Annotated[MotionFile, Tag("<table>")],
-    Discriminator(_kind_of_table),
-]
 
 
 class Cord(Section):
@@ -131,29 +101,12 @@ class Hold(Section):
     motion: FixedOrTable = Field(
         "fixed", description='"fixed", or a table of displacements from the start, m.'
     )
-
-
-class Ejection(Section):
-    """Nodes that are shot outward from an axis."""
-
-    group: Text = Field(description="Node group.")
-    speed: Speed = Field(description="Speed, m/s, beside the velocity of the whole net.")
-    half_angle_deg: float = Field(
-        ge=0, le=180, description="Angle from the axis, outward from the middle of the group, degrees."
+    begin: TimeOrEvent | None = Field(
+        None, description="Time in s, or name of an event, at which it begins; the start by default."
     )
-    axis: Vector = Field((0.0, 0.0, 1.0), description="Direction in space; rotation_deg does not turn it.")
-
-
-class Initial(Section):
-    """How the net starts: the mesh drawn together and turned."""
-
-    shape: Literal["scaled"] = Field("scaled", description="How the stowed shape is made of the mesh.")
-    scale: FactorVector = Field((1.0, 1.0, 1.0), description="Factors along x, y and z of the mesh.")
-    rotation_deg: Vector = Field(
-        (0.0, 0.0, 0.0), description="Turns about the fixed x, then y, then z axis, degrees."
+    until: TimeOrEvent | None = Field(
+        None, description="Time in s, or name of an event, at which it ends; never by default."
     )
-    velocity: Vector = Field((0.0, 0.0, 0.0), description="Velocity of the whole net, m/s.")
-    ejection: list[Ejection] = Field([], description="Groups that are shot.")
 
 
 class NodalForce(Section):
@@ -180,7 +133,12 @@ class UniformGravity(Section):
 
 
 Load = Annotated[
-    Annotated[NodalForce, Tag("nodal")] | Annotated[UniformGravity, Tag("gravity")], Discriminator(kind_of)
+    Annotated[NodalForce, Tag("nodal")]
+    | Annotated[UniformGravity, Tag("gravity")]
+    | Annotated[environment.Drag, Tag("drag")]
+    | Annotated[environment.SolarPressure, Tag("solar_pressure")]
+    | Annotated[environment.Air, Tag("air")],
+    Discriminator(kind_of),
 ]
 
 
@@ -240,6 +198,9 @@ class ScenarioData(Section):
     restraints: list[Hold] = Field([], description="Fixed and driven nodes.")
     initial: Initial = Field(Initial(), description="How the net starts.")
     loads: list[Load] = Field([], description="Forces from outside.")
+    orbit: environment.Orbit | None = Field(None, description="The orbit that the frame goes round with.")
+    tether: TetherEntry | None = Field(None, description="The cord to the chaser.")
+    events: list[EventEntry] = Field([], description="Instants that are looked for, and what is done then.")
     solver: Solver = Field(description="The time integration.")
     output: Output = Field(Output(), description="What is written.")
     metrics: Metrics = Field(Metrics(), description="What is measured.")

@@ -12,7 +12,9 @@ import numpy as np
 from netdae import scenario_schema as schema
 from netdae.errors import InputError
 from netdae.motions import Motion, TableMotion
+from netdae.scenario_environment import Air
 from netdae.scenario_problems import bare
+from netdae.scenario_tables import MotionFile, TableFile
 from netdae.signals import Constant, Pulse, Signal, Table
 from netdae.tables import read_table
 
@@ -25,7 +27,7 @@ MOTION_HEADER = (*FORCE_HEADER, "vx", "vy", "vz")
 Source = TypeVar("Source", Table, TableMotion)
 
 
-def motion_of(table: schema.MotionFile, folder: Path, solver: schema.Solver) -> Motion:
+def motion_of(table: MotionFile, folder: Path, solver: schema.Solver) -> Motion:
     """Motion by a table in `folder`, which has to reach over the flight."""
     columns = read_table(folder / table.file, FORCE_HEADER, MOTION_HEADER)
     u = np.column_stack([columns[name] for name in MOTION_HEADER[1:4]])
@@ -35,14 +37,14 @@ def motion_of(table: schema.MotionFile, folder: Path, solver: schema.Solver) -> 
 
 
 def signal_of(
-    value: tuple[float, float, float] | schema.TableFile,
-    load: schema.NodalForce | schema.UniformGravity,
+    value: tuple[float, float, float] | TableFile,
+    load: schema.NodalForce | schema.UniformGravity | Air,
     folder: Path,
     solver: schema.Solver,
 ) -> Signal:
     """Signal of a load: constant, a pulse, or a table in `folder`, which has to reach over the flight."""
     limited = load.begin is not None or load.end is not None
-    if isinstance(value, schema.TableFile):
+    if isinstance(value, TableFile):
         if limited:
             name = "end" if load.begin is None else "begin"
             raise InputError(

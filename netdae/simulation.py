@@ -5,7 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from netdae._arrays import FloatArray
+from netdae.ejection import Launch
+from netdae.event_book import EventBook
 from netdae.integration import Integration, Watch, integrate
+from netdae.mark import Memory
 from netdae.metrics import DeploymentMetrics
 from netdae.options import SolverOptions
 from netdae.state import State
@@ -19,6 +22,8 @@ class Simulation:
     times : (k,), s, of the frames; the first is the start's
     metrics : the observer that measures the deployment
     findings : what the author of the mesh file should know
+    events : finds what happens during the flight; None where nothing is looked for
+    launch : the bullets that are shot
     """
 
     title: str
@@ -28,7 +33,17 @@ class Simulation:
     options: SolverOptions
     metrics: DeploymentMetrics
     findings: tuple[str, ...] = ()
+    events: EventBook | None = None
+    launch: Launch | None = None
 
-    def integrate(self, watch: tuple[Watch, ...] = ()) -> Integration:
-        """Iterator over the States at `times`."""
-        return integrate(self.system, self.start, self.times, options=self.options, watch=watch)
+    def integrate(self, watch: tuple[Watch, ...] = (), *, resume: Memory | None = None) -> Integration:
+        """Iterator over the States at `times`; over those that are left where a flight's memory is gone on from."""
+        return integrate(
+            self.system,
+            self.start,
+            self.times,
+            options=self.options,
+            watch=watch,
+            events=self.events,
+            resume=resume,
+        )

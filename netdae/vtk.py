@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 import xml.etree.ElementTree as ET
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -31,7 +32,7 @@ POINT_DATA = ("displacement", "velocity", "acceleration", "mass")
 CELL_DATA = ("strain", "stress", "tension", "taut")
 """Cell arrays of every frame."""
 
-_FRAME_FILE = re.compile(r"frame_\d{6,}\.vtu(\.part)?")
+_FRAME_FILE = re.compile(r"frame_(\d{6,})\.vtu(\.part)?")
 _HEAD = b"""<?xml version="1.0"?>
 <VTKFile type="Collection" version="0.1" byte_order="LittleEndian">
 <Collection>
@@ -66,6 +67,51 @@ class VtuSeries:
 
     def begin(self, system: System) -> None:
         """Clear a former series, write one without frames, and make the grid."""
+        self._make_grid(system)
+        self.frame_count = self._named = 0
+        self._entries.clear()
+        try:
+            self._folder.mkdir(parents=True, exist_ok=True)
+            self._name_frames()
+            self._clear_from(0)
+        except OSError as error:
+            raise InputError(
+                f"{self.path} cannot be written: {reason_of(error)}: choose another output folder"
+            ) from error
+
+    def resume(self, system: System, memory: Mapping[str, Any]) -> None:
+        """Keep the frames that the flight has yielded, take later ones away; raises InputError where one is missing."""
+        self._make_grid(system)
+        # VTK words the first frame of a writer otherwise than later ones: let that be none of the flight's
+        self._frame(State.at(system.net.nodes))
+        count = int(memory["frames"])
+        times = [t for t, _ in read_series(self.path)][:count]
+        for number in range(count):
+            file = self.path.parent / _name_of(number)
+            if not file.is_file():
+                raise InputError(f"{file} is missing: the series cannot be gone on from without it")
+            if number >= len(times):  # killed before the .pvd named it
+                times.append(float(read_frame(file).field_data["TimeValue"][0]))
+        self.frame_count = count
+        self._entries[:] = b"".join(_entry_of(number, t) for number, t in enumerate(times))
+        try:
+            self._name_frames()
+            self._clear_from(count)
+        except OSError as error:
+            raise InputError(f"{self.path} cannot be gone on from: {reason_of(error)}") from error
+
+    @property
+    def _folder(self) -> Path:
+        return self.path.parent / "frames"
+
+    def _clear_from(self, number: int) -> None:
+        """Remove the frames from that number on, and what a kill left of one."""
+        for file in self._folder.iterdir():
+            found = _FRAME_FILE.fullmatch(file.name)
+            if found and (found[2] or int(found[1]) >= number):
+                file.unlink()
+
+    def _make_grid(self, system: System) -> None:
         self._system = system
         self._grid = grid_of(system.net, groups=self.groups)
         self._grid.point_data["mass"] = system.mass
@@ -74,26 +120,13 @@ class VtuSeries:
         self._writer.SetDataModeToAppended()
         self._writer.EncodeAppendedDataOff()
         self._writer.SetCompressionLevel(1)  # level 5 takes 15 % longer for files 0.5 % smaller
-        self.frame_count = self._named = 0
-        self._entries.clear()
-        folder = self.path.parent / "frames"
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            self._name_frames()
-            for old in folder.iterdir():
-                if _FRAME_FILE.fullmatch(old.name):
-                    old.unlink()
-        except OSError as error:
-            raise InputError(
-                f"{self.path} cannot be written: {reason_of(error)}: choose another output folder"
-            ) from error
 
     def __call__(self, state: State) -> None:
         """Write the frame of a State."""
-        name = f"frames/frame_{self.frame_count:06d}.vtu"
+        name = _name_of(self.frame_count)
         try:
             write_whole(self.path.parent / name, self._frame(state))
-            self._entries += f'  <DataSet timestep="{float(state.t)!r}" part="0" file="{name}"/>\n'.encode()
+            self._entries += _entry_of(self.frame_count, state.t)
             self.frame_count += 1
             if self.frame_count - self._named > self._named // _EVERY_FRAME_UP_TO:
                 self._name_frames()
@@ -135,6 +168,14 @@ class VtuSeries:
         self._writer.Write()
         data: bytes | str = self._writer.GetOutputString()
         return data if isinstance(data, bytes) else data.encode()
+
+
+def _name_of(number: int) -> str:
+    return f"frames/frame_{number:06d}.vtu"
+
+
+def _entry_of(number: int, t: float) -> bytes:
+    return f'  <DataSet timestep="{float(t)!r}" part="0" file="{_name_of(number)}"/>\n'.encode()
 
 
 def grid_of(net: CableNet, *, groups: bool = True) -> pv.UnstructuredGrid:

@@ -16,38 +16,44 @@ MODULES = {
 
 # from the bottom up; a module imports its own layer or lower ones. A new module gets its place here.
 LAYERS = (
-    ("_arrays", "_files", "compilation", "errors", "workers"),
+    ("_arrays", "_files", "compilation", "earth", "errors", "journal", "lock", "workers"),
     (
-        *("assembly", "block_ldl", "damping", "forces", "material", "matrices", "motions", "net", "patterns"),
-        *("phases", "restraints", "signals", "state"),
+        *("assembly", "block_ldl", "damping", "forces", "material", "matrices", "motions", "net"),
+        *("net_forces", "patterns", "phases", "reels", "restraints", "signals", "state"),
     ),
-    ("initial", "system"),
     (
+        *("accordion", "ejection", "external_forces", "initial", "opening", "scales", "star_fold", "stowed"),
+        *("system", "tether", "tethered"),
+    ),
+    (
+        *("balance", "cvode", "explicit", "finder", "flight", "ida", "integration", "ivp", "kernel_forces"),
         *(
-            "balance",
-            "cvode",
-            "explicit",
-            "flight",
-            "ida",
-            "integration",
-            "ivp",
-            "kernel_forces",
             "ledger",
             "linear_solver",
+            "mark",
             "modes",
+            "options",
+            "statics",
+            "stable_step",
+            "stepper",
+            "verlet",
         ),
-        *("options", "statics", "stable_step", "stepper", "verlet"),
     ),
-    ("ensemble", "figures", "metrics", "mouth", "observers"),
+    (
+        *("checkpoint", "ensemble", "event_book", "event_figures", "event_watches", "events", "figures", "gauge"),
+        *("metrics", "mouth", "observers", "recorder"),
+    ),
     (
         *("inp", "mesh_findings", "mesh_formats", "mesh_io", "mesh_net"),
         *("msh", "raw_mesh", "vtk", "vtk_lines"),
     ),
     (
-        *("scenario", "scenario_files", "scenario_nets", "scenario_problems", "scenario_schema"),
-        *("scenario_section", "scenario_signals", "simulation", "tables"),
+        *("scenario", "scenario_build", "scenario_digest", "scenario_environment", "scenario_events"),
+        *("scenario_files", "scenario_groups", "scenario_initial", "scenario_loads", "scenario_nets"),
+        *("scenario_problems", "scenario_schema", "scenario_section", "scenario_signals", "scenario_tables"),
+        *("scenario_tether", "scenario_tethered", "simulation", "tables"),
     ),
-    ("ensemble_folder", "jacobian_check", "run_folder"),
+    ("ensemble_folder", "jacobian_check", "run_folder", "run_summary", "stopped_run"),
     ("cli",),
 )
 LAYER_OF = {name: number for number, names in enumerate(LAYERS) for name in names}

@@ -54,13 +54,13 @@ MISTAKES = {
     "unknown section": ("[output]", "[ouput]", ["[ouput] is an unknown section", "did you mean output"]),
     "section of a later issue": (
         "[output]",
-        "[orbit]\naltitude = 7e5\n[output]",
-        ["[orbit] is an unknown section"],
+        "[target]\nkind = \"box\"\n[output]",
+        ["[target] is an unknown section"],
     ),
     "double section of a later issue": (
         "[output]",
-        "[[events]]\n[output]",
-        ["[[events]] is an unknown section"],
+        "[[contacts]]\n[output]",
+        ["[[contacts]] is an unknown section"],
     ),
     "missing key": ("side = 1.0", "", ["[net] side is missing", "m"]),
     "missing key of a mass": ("mass = 0.1", "", ["[[masses]] 1 mass is missing", "kg"]),

@@ -15,13 +15,15 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from netdae.checkpoint import Checkpoint, read_checkpoint
 from netdae.damping import Dashpot
 from netdae.errors import InputError, RunError
 from netdae.flight import simulate
 from netdae.material import Material
 from netdae.metrics import COLUMNS, DeploymentMetrics
 from netdae.net import CableNet
-from netdae.observers import Checkpoint, MetricsCsv, Progress, Recorder, read_checkpoint
+from netdae.observers import MetricsCsv, Progress
+from netdae.recorder import Recorder
 from netdae.state import Books, State, Trajectory
 from netdae.system import System
 
@@ -70,6 +72,77 @@ def test_columns_without_a_mouth_are_nan_for_numpy_and_stay_in_place(tmp_path: P
     assert np.isnan(read["mouth_area"])
     assert read["time"] == 0.5
     assert read["max_tension"] >= 20.0
+
+
+def test_a_table_goes_on_after_the_frames_that_were_yielded(tmp_path: Path) -> None:
+    metrics = DeploymentMetrics()
+    table = MetricsCsv(tmp_path / "metrics.csv", metrics)
+    for observer in (metrics, table):
+        observer.begin(SYSTEM)
+    for k in range(6):
+        for observer in (metrics, table):
+            observer(state_at(0.1 * k, seed=k))
+        if k == 3:
+            whole = table.path.read_bytes()
+    table.end()
+    with table.path.open("a") as file:
+        file.write("0.6,0.1,0")  # killed in the middle of a row
+    rows = metrics.rows[:4]
+    again = MetricsCsv(table.path, DeploymentMetrics())
+    for _ in range(2):  # resumed, killed, resumed
+        again.resume(SYSTEM, {"frames": 4})
+        assert table.path.read_bytes() == whole
+        assert again.metrics.rows == rows
+    again.metrics.begin(SYSTEM)
+    again(state_at(0.4))
+    again.end()
+    assert table.path.read_bytes().startswith(whole)
+    assert len(table.path.read_text().splitlines()) == 6
+
+
+def test_kept_frames_outlive_a_kill_and_go_on(tmp_path: Path) -> None:
+    path = tmp_path / "trajectory.npz"
+    killed = Recorder(path)
+    killed.begin(SYSTEM)
+    for k in range(5):
+        killed(state_at(0.1 * k, seed=k))  # and no end
+    assert not path.exists()
+    for count, last in ((3, 0.9), (4, 1.0)):  # from the journal, then from the file
+        again = Recorder(path)
+        again.resume(SYSTEM, {"frames": count})
+        again(state_at(last, seed=9))
+        again.end()
+        assert [file.name for file in tmp_path.iterdir()] == ["trajectory.npz"]
+    read = Trajectory.load(path)
+    np.testing.assert_array_equal(read.times, [0.0, 0.1, 0.2, 0.9, 1.0])
+    for frame, seed in ((2, 2), (3, 9)):
+        assert np.array_equal(read[frame].v, state_at(read.times[frame], seed=seed).v)
+        assert read[frame].books == state_at(read.times[frame], seed=seed).books
+    with pytest.raises(InputError, match="holds 5 rows, expected 6 at least"):
+        Recorder(path).resume(SYSTEM, {"frames": 6})
+
+
+def test_a_summary_goes_on_from_the_internal_step_that_the_flight_does(tmp_path: Path) -> None:
+    states = [state_at(0.1 * k, seed=k) for k in range(8)]
+    whole = DeploymentMetrics()
+    whole.begin(SYSTEM)
+    killed = DeploymentMetrics(journal=tmp_path / "steps.journal")
+    killed.begin(SYSTEM)
+    for state in states:
+        whole.watch(state)
+    for state in states[:6]:
+        killed.watch(state)
+    killed(states[5])
+    again = killed.kept_in(tmp_path / "steps.journal")
+    again.resume(SYSTEM, {"shown": np.array(4), **killed.memory()})
+    for state in states[4:]:
+        again.watch(state)
+    assert again.summary() == whole.summary()
+    assert np.array_equal(again.history, whole.history)
+    assert again.row_of(states[7]) == whole.row_of(states[7])
+    again.end()
+    with pytest.raises(InputError, match=r"steps\.journal holds 8 rows, expected 9 at least"):
+        killed.kept_in(tmp_path / "steps.journal").resume(SYSTEM, {"shown": np.array(9), **killed.memory()})
 
 
 def test_a_checkpoint_gives_the_last_state_back_to_the_last_digit(tmp_path: Path) -> None:
@@ -165,6 +238,17 @@ def test_the_bar_is_taken_down_when_a_run_fails_early() -> None:
     progress.end()
     assert out.getvalue().count("\x1b[?25h") == 1
     Progress(1.0).end()  # never begun
+
+
+def test_progress_of_a_flight_that_goes_on_is_of_what_is_left(caplog: pytest.LogCaptureFixture) -> None:
+    progress = Progress(3.0, console=Console(file=io.StringIO()))
+    with caplog.at_level(logging.INFO, logger="netdae.observers"):
+        progress.resume(SYSTEM, {"t": np.array(2.0)})
+        for t in np.linspace(2.1, 3.0, 10):
+            progress.watch(State(float(t), *np.zeros((3, 1, 3))))
+        progress.end()
+    assert progress.step_count == 10
+    assert len(caplog.records) == 10
 
 
 def test_elsewhere_progress_is_ten_log_lines_and_nothing_is_printed(

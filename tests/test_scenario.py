@@ -299,6 +299,9 @@ def test_schema_knows_every_section_of_the_design():
         "restraints",
         "initial",
         "loads",
+        "orbit",
+        "tether",
+        "events",
         "solver",
         "output",
     }

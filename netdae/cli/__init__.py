@@ -25,8 +25,12 @@ app.command("netdae.cli.run:run", name="run", help="Run a scenario and write its
 app.command(
     "netdae.cli.check:check", name="check", help="Build a scenario and check its Jacobian; fly nothing."
 )
+app.command(
+    "netdae.cli.forces:forces", name="forces", help="Rank the forces on a net by what they do in its flight."
+)
 app.command("netdae.cli.mesh:app", name="mesh", help="Generate a net and write it to a mesh file.")
 app.command("netdae.cli.info:info", name="info", help="Say what is in a mesh file.")
+app.command("netdae.cli.plot:plot", name="plot", help="Draw the figures of runs as PNG and SVG.")
 app.command(
     "netdae.cli.schema:schema", name="schema", help="Print the JSON schema of a scenario, for editors."
 )
@@ -35,6 +39,7 @@ _PLACES = {"scenario": "SCENARIO.toml", "mesh": "MESH"}
 _TAKES = {
     "run": "one scenario at a time",
     "check": "one scenario at a time",
+    "forces": "one scenario at a time",
     "info": "one mesh at a time",
     "schema": "nothing",
 }

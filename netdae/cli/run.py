@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TextIO
@@ -26,7 +26,7 @@ _log = logging.getLogger(__name__)
 
 
 def run(
-    scenario: Path,
+    scenario: Annotated[Path | None, Parameter(converter=place)] = None,
     *,
     output: Annotated[
         Path | None,
@@ -37,6 +37,15 @@ def run(
     overwrite: Annotated[
         bool, Parameter(negative="", help="Replace a former run or ensemble in the folder.")
     ] = False,
+    resume: Annotated[
+        Path | None,
+        Parameter(
+            converter=place, help="Folder of a stopped or killed run: go on with it from its last frame."
+        ),
+    ] = None,
+    until: Annotated[
+        float | None, Parameter(help="Fly a run that is resumed to this time, s, not to its own end.")
+    ] = None,
     ensemble: Annotated[
         int | None,
         Parameter(
@@ -67,17 +76,29 @@ def run(
     scenario
         TOML file.
     """
-    from netdae.scenario import read_scenario
-
     of_ensemble = {
         "--perturb": perturb,
         "--seed": seed,
         "--processes": processes,
         "--all-frames": all_frames or None,
     }
+    if resume is not None:
+        others = {"--output": output, "--overwrite": overwrite or None, "--ensemble": ensemble, **of_ensemble}
+        _check_alone(resume, scenario, others)
+        with _log_lines(), _stopped_by_sigterm():
+            _fly_on(resume, until)
+        return
+    if until is not None:
+        raise InputError(
+            "--until is for a run that is resumed: give --resume DIR too; a new flight ends at end in [solver]"
+        )
+    if scenario is None:
+        raise InputError("SCENARIO is missing: netdae run SCENARIO.toml. See netdae run --help")
     given = [name for name, value in of_ensemble.items() if value is not None]
     if ensemble is None and given:
         raise InputError(f"{given[0]} is for ensembles: give --ensemble N too, or leave it out")
+    from netdae.scenario import read_scenario
+
     told = read_scenario(scenario)
     target = output or Path(f"{scenario.stem}_out")
     with _log_lines(), _stopped_by_sigterm():
@@ -97,42 +118,75 @@ def run(
             )
 
 
+def _check_alone(folder: Path, scenario: Path | None, others: dict[str, Any]) -> None:
+    """Raise InputError where something beside --resume and --until is given."""
+    if scenario is not None:
+        raise InputError(
+            f"{scenario} does not go with --resume: the scenario is the copy in {folder}: leave one of them out"
+        )
+    given = [name for name, value in others.items() if value is not None]
+    if given:
+        raise InputError(
+            f"{given[0]} does not go with --resume, which goes on in {folder} as it began: leave one of them out"
+        )
+
+
 def _fly_one(told: Scenario, target: Path, *, overwrite: bool) -> None:
+    from netdae.run_folder import RunFolder
+
+    _fly_into(RunFolder(target, told, overwrite=overwrite), told.build)
+
+
+def _fly_on(folder: Path, until: float | None) -> None:
+    from netdae.stopped_run import read_stopped_run
+
+    stopped = read_stopped_run(folder, until=until)
+    _fly_into(stopped.folder, stopped.build)
+
+
+def _fly_into(folder: RunFolder, build: Callable[[], Simulation]) -> None:
     from netdae.compilation import COMPILING, told_when_compiling
     from netdae.observers import Progress
-    from netdae.run_folder import RunFolder, fly
+    from netdae.run_folder import fly
 
-    folder = RunFolder(target, told, overwrite=overwrite)
     with told_when_compiling(lambda: _log.info(COMPILING)):
-        simulation = told.build()
-        summary = fly(
-            simulation, folder, observers=[_Title(simulation), Progress(float(simulation.times[-1]))]
-        )
-    for line in _lines(simulation, folder, summary):
+        simulation = build()
+        title = _Title(simulation)
+        summary = fly(simulation, folder, observers=[title, Progress(float(simulation.times[-1]))])
+    for line in _lines(title.frame_count, folder, summary):
         print(line)
 
 
 class _Title:
-    """Observer that prints what is flown, before the first step."""
+    """Observer that prints what is flown, before the first step, and counts the frames."""
 
     def __init__(self, simulation: Simulation) -> None:
         self._simulation = simulation
+        self.frame_count = 0
 
     def begin(self, system: System) -> None:
+        self._print(f"t = {self._simulation.times[0]:g}")
+
+    def resume(self, system: System, memory: Mapping[str, Any]) -> None:
+        self.frame_count = int(memory["frames"])
+        self._print(f"resumed, t = {float(memory['frame']):.6g}")
+
+    def __call__(self, state: State) -> None:
+        self.frame_count += 1
+
+    def _print(self, begin: str) -> None:
         simulation = self._simulation
+        net = simulation.system.net
         print(
-            f"{simulation.title}: {system.net.node_count} nodes, {system.net.cable_count} cables, "
-            f"t = {simulation.times[0]:g} to {simulation.times[-1]:g} s",
+            f"{simulation.title}: {net.node_count} nodes, {net.cable_count} cables, "
+            f"{begin} to {simulation.times[-1]:g} s",
             flush=True,
         )
 
-    def __call__(self, state: State) -> None:
-        pass
 
-
-def _lines(simulation: Simulation, folder: RunFolder, summary: dict[str, Any]) -> Iterator[str]:
+def _lines(frames: int, folder: RunFolder, summary: dict[str, Any]) -> Iterator[str]:
     figures, solver = summary["deployment"], summary["solver"]
-    yield f"{len(simulation.times)} frames in {folder.path / 'series.pvd'}, figures in {folder.path / 'summary.json'}"
+    yield f"{frames} frames in {folder.path / 'series.pvd'}, figures in {folder.path / 'summary.json'}"
     if "largest_mouth_area" in figures:
         yield (
             f"largest mouth area {figures['largest_mouth_area']:.4g} m² at t = "

@@ -1,0 +1,300 @@
+"""The forces on a net by their order of magnitude: which of them a model must have, and which it may leave out.
+
+Symbols, all of the net without a tether: m mass, m_c that of its cords, L size, v speed, w speed of a jerk between
+neighbours, t flight time, D = max(L, v t) reach, A = Σ d L̄ area of the cords seen from the side; λ mass per length
+of a cord and c = √(EĀ/λ) its wave speed; n, a, V mean motion, radius and speed of the orbit, see `earth`.
+
+Snap. A cord whose end is pulled with w sends off an elastic wave in which the strain is w/c and the tension
+EĀ w/c = w √(EĀλ). A knot that is much heavier than the cord, or held, throws the wave back and doubles it: 2 w/c.
+By energy the same: a knot with the mass μ = 2 λ L̄ of its four half cables, jerked with w by the bullet before it,
+stretches the cord until ½ μ w² = ½ EĀ L̄ ε², which gives ε = √2 w/c. The first is taken.
+
+Orbit. In the frame of a circular orbit the acceleration is 3n²x + 2nẏ, −2nẋ, −n²z and of higher order the terms of
+μ/(a + x)² = n²a (1 − 2x/a + 3x²/a² ...): n times 2v, n² times 3D, n² times 3D²/a.
+
+Oblateness. Over the pole the acceleration J₂ adds is 3 μ J₂ R²/r⁴ outward; over a distance D along r it differs by
+12 μ J₂ R²/r⁵ D = 12 J₂ (R/a)² n² D. That is the largest eigenvalue of its gradient at any latitude.
+
+Displacement. A constant F moves a mass by ½ (F/m) t². Differential forces do so with the ends of the reach against
+each other, drag and sunlight with the cords against the bullets, whose areas are unknown: ½ (F/m_c) t². Inertia
+carries the net v t, a snap changes speeds by w and so shifts by w t; air cannot take away more than the path v t.
+Nothing moves a net that is held further than its size.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from netdae import earth
+from netdae.errors import InputError
+from netdae.forces import air, free_molecular, solar
+from netdae.forces.air import AirDrag, AirOnCables
+from netdae.forces.free_molecular import MolecularDrag
+from netdae.forces.orbit import OrbitForce
+from netdae.forces.solar import LightOnCables
+from netdae.scales import Scales, gravities_of, scales_of
+from netdae.signals import Signal
+from netdae.state import State
+from netdae.system import System
+
+SIGNIFICANT = 0.01
+"""Displacement over size from which a force matters."""
+
+ON_GROUND = {"gravity", "air"}
+"""Of what a system may have, what no orbit has."""
+
+_KINDS: dict[type, str] = {
+    OrbitForce: "orbit",
+    MolecularDrag: "drag",
+    LightOnCables: "sunlight",
+    AirOnCables: "air",
+}
+
+
+@dataclass(frozen=True)
+class ExternalForce:
+    """A force by its order of magnitude.
+
+    newtons : on the whole net, N
+    displacement : m, that it causes over the flight
+    included : whether the system has it
+    formula, source : in the symbols of the module; author and year
+    remedy : what to write into a scenario to have it; empty where netdae has no model of it
+    """
+
+    name: str
+    newtons: float
+    displacement: float
+    included: bool
+    formula: str
+    source: str
+    remedy: str = ""
+
+
+@dataclass(frozen=True)
+class Ranking:
+    """All forces, the one that moves the net most first.
+
+    altitude : m, of the orbit; None on the ground
+    """
+
+    scales: Scales
+    altitude: float | None
+    forces: tuple[ExternalForce, ...]
+
+    def share(self, force: ExternalForce) -> float:
+        """Displacement over the size of the net."""
+        return force.displacement / self.scales.size
+
+    @property
+    def significant(self) -> tuple[ExternalForce, ...]:
+        """Forces that move the net by `SIGNIFICANT` of its size or more."""
+        return tuple(force for force in self.forces if self.share(force) >= SIGNIFICANT)
+
+    @property
+    def missing(self) -> tuple[ExternalForce, ...]:
+        """Forces that are significant but not in the system."""
+        return tuple(force for force in self.significant if not force.included)
+
+
+def ranking_of(
+    system: System,
+    start: State,
+    *,
+    flight_time: float,
+    altitude: float | None = None,
+    charge: float = 0.0,
+    current: float = 0.0,
+) -> Ranking:
+    """Forces on the net of a system that flies from `start`, ranked by the displacement that they cause.
+
+    flight_time : s
+    altitude : m, of the circular orbit; None leaves out what acts in orbit alone
+    charge : C, on a net that holds one; current : A, along a net that carries one
+
+    Uniform gravity and air are listed where the system has one of them.
+    Raises InputError for a flight time, altitude, charge or current that cannot be.
+    """
+    if not (math.isfinite(flight_time) and flight_time > 0):
+        raise InputError(f"flight time is {flight_time:g} s: give a time above zero")
+    for name, value, unit in (("charge", charge, "C"), ("current", current, "A")):
+        if not math.isfinite(value):
+            raise InputError(f"{name} is {value:g} {unit}: give a finite number, zero where there is none")
+    scales, included = scales_of(system, start, flight_time), included_in(system)
+    forces = [*_of_the_net(scales)]
+    if altitude is not None:
+        forces += _of_the_orbit(scales, altitude, included)
+        forces += _on_the_cords(system, start.t, scales, altitude)
+        forces.append(_lorentz(scales, altitude, charge, current))
+    if included & ON_GROUND:
+        forces += _of_the_ground(system, start.t, scales, included)
+    if scales.held:
+        forces = [replace(force, displacement=min(force.displacement, scales.size)) for force in forces]
+    forces.sort(key=lambda force: (-force.displacement, -force.newtons))
+    return Ranking(scales, altitude, tuple(forces))
+
+
+def included_in(system: System) -> frozenset[str]:
+    """Which of orbit, drag, sunlight, air and gravity a system has."""
+    found = {kind for force in system.forces for cls, kind in _KINDS.items() if isinstance(force, cls)}
+    return frozenset(found | ({"gravity"} if gravities_of(system) else set()))
+
+
+def orbit_altitude(system: System) -> float | None:
+    """Altitude in m of the orbit that a system has; raises InputError where the Earth has none like it."""
+    orbits = [force for force in system.forces if isinstance(force, OrbitForce)]
+    return earth.altitude_of(orbits[0].mean_motion) if orbits else None
+
+
+def _of_the_net(s: Scales) -> Iterator[ExternalForce]:
+    yield ExternalForce(
+        "elastic tension at snap",
+        2 * s.jerk * s.impedance,
+        s.jerk * s.flight_time,
+        True,
+        "2 w √(EĀ λ), moves w t",
+        "von Kármán and Duwez 1950, J. Appl. Phys. 21, 987: strain w/c; twice that where the wave is thrown back",
+    )
+    yield ExternalForce(
+        "inertia",
+        s.mass * s.speed**2 / s.size,
+        s.speed * s.flight_time,
+        True,
+        "m v²/L, moves v t",
+        "Newton's second law, the speed v turned on the way L",
+    )
+
+
+def _of_the_orbit(s: Scales, altitude: float, included: frozenset[str]) -> Iterator[ExternalForce]:
+    a, n, has = earth.radius_of(altitude), earth.mean_motion(altitude), "orbit" in included
+    remedy, clohessy = (
+        f"[orbit] altitude = {altitude:g}",
+        "Clohessy and Wiltshire 1960, J. Aerosp. Sci. 27, 653",
+    )
+    oblate = 12 * earth.J2 * (earth.RADIUS / a) ** 2
+    for name, acceleration, known, formula, source in (
+        ("Coriolis", 2 * n * s.speed, has, "2 m n v", clohessy),
+        ("gravity gradient", 3 * n**2 * s.reach, has, "3 n² m D", clohessy),
+        (
+            "gravity beyond its gradient",
+            3 * n**2 * s.reach**2 / a,
+            None,
+            "3 n² m D²/a",
+            "London 1963, AIAA J. 1, 1691",
+        ),
+        (
+            "differential J2",
+            oblate * n**2 * s.reach,
+            None,
+            "12 J₂ (R/a)² n² m D over the pole, half over the equator",
+            "Schweighart and Sedwick 2002, J. Guid. Control Dyn. 25, 1073",
+        ),
+    ):
+        yield ExternalForce(
+            name,
+            s.mass * acceleration,
+            0.5 * acceleration * s.flight_time**2,
+            bool(known),
+            f"{formula}, moves ½ (F/m) t²",
+            source,
+            "" if known is None else remedy,
+        )
+
+
+def _on_the_cords(system: System, t: float, s: Scales, altitude: float) -> Iterator[ExternalForce]:
+    """Drag and sunlight, by the figures of the system's own loads where it has them."""
+    drag = [force for force in system.forces if isinstance(force, MolecularDrag)]
+    if drag:
+        of_air = sum(2 * float(f.weight @ f.L) * _size(f.signal, t) ** 2 for f in drag)
+        drag_terms = "C_D and ρ of the scenario"
+    else:
+        V = earth.circular_speed(altitude)
+        of_air = 0.5 * earth.density(altitude) * V**2 * free_molecular.TYPICAL * s.area
+        drag_terms = f"C_D = {free_molecular.TYPICAL:g}"
+    yield ExternalForce(
+        "aerodynamic drag",
+        of_air,
+        _shift_of_cords(of_air, s),
+        bool(drag),
+        f"½ ρ V² C_D A, {drag_terms}, moves ½ (F/m_c) t²",
+        "Cook 1965, Planet. Space Sci. 13, 929; ρ by Vallado 2013, Fundamentals of Astrodynamics, table 8-4",
+        '[[loads]] kind = "drag"',
+    )
+    light = [force for force in system.forces if isinstance(force, LightOnCables)]
+    if light:
+        of_light = sum(2 * float(f.weight @ f.L) * _size(f.signal, t) for f in light)
+        light_terms = "C_R and P of the scenario"
+    else:
+        of_light = earth.SOLAR_PRESSURE * solar.TYPICAL * s.area
+        light_terms = f"C_R = {solar.TYPICAL:g}"
+    yield ExternalForce(
+        "solar pressure",
+        of_light,
+        _shift_of_cords(of_light, s),
+        bool(light),
+        f"P C_R A, {light_terms}, moves ½ (F/m_c) t²",
+        "Montenbruck and Gill 2000, Satellite Orbits, section 3.4; P by Kopp and Lean 2011",
+        '[[loads]] kind = "solar_pressure"',
+    )
+
+
+def _lorentz(s: Scales, altitude: float, charge: float, current: float) -> ExternalForce:
+    """Largest force of the dipole's field on a net: over a pole, where it is twice that of the equator.
+
+    A net that floats at 1 V against the plasma, taken for a sphere of its size, holds 4πε₀ (L/2) 1 V: 4e-10 C for
+    7 m, on which the field pulls with 1e-10 N.
+    """
+    B, V = 2 * earth.magnetic_field(altitude), earth.circular_speed(altitude)
+    newtons = (abs(charge) * V + abs(current) * s.size) * B
+    none = "" if charge or current else ", zero without a charge q and a current I"
+    return ExternalForce(
+        "Lorentz force",
+        newtons,
+        _shift_of_cords(newtons, s),
+        False,
+        f"(q V + I L) B{none}, moves ½ (F/m_c) t²",
+        "Peck 2005, AIAA 2005-5995 (charge); Sanmartín et al. 1993, J. Propul. Power 9, 353 (current)",
+    )
+
+
+def _of_the_ground(system: System, t: float, s: Scales, included: frozenset[str]) -> Iterator[ExternalForce]:
+    if "gravity" in included:
+        yield ExternalForce(
+            "uniform gravity",
+            s.mass * s.gravity,
+            0.5 * s.gravity * s.flight_time**2,
+            True,
+            "m g, the largest g of the flight, moves ½ g t²",
+            "[[loads]] of the scenario",
+        )
+    own = [force for force in system.forces if isinstance(force, AirOnCables)]
+    if own:
+        newtons = sum(2 * float(f.across @ f.L) * (_size(f.signal, t) + s.speed) ** 2 for f in own)
+        terms = "C_n, ρ and wind of the scenario"
+    else:
+        coefficient = AirDrag().normal_coefficient
+        newtons = 0.5 * air.SEA_LEVEL * s.speed**2 * coefficient * s.area
+        terms = f"at sea level, C_n = {coefficient:g}"
+    yield ExternalForce(
+        "air drag",
+        newtons,
+        min(_shift_of_cords(newtons, s), s.speed * s.flight_time),
+        bool(own),
+        f"½ ρ v² C_n A {terms}, moves ½ (F/m_c) t², v t at most",
+        "Hoerner 1965, Fluid-Dynamic Drag, chapter 3",
+        '[[loads]] kind = "air"',
+    )
+
+
+def _shift_of_cords(newtons: float, s: Scales) -> float:
+    """½ (F/m_c) t², m."""
+    return 0.5 * newtons / s.cord_mass * s.flight_time**2
+
+
+def _size(signal: Signal, t: float) -> float:
+    """|signal| just after t."""
+    return float(np.linalg.norm(signal(math.nextafter(t, math.inf))))

@@ -1,0 +1,327 @@
+"""From the data of a scenario to a simulation that is ready to fly."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from netdae import scenario_schema as schema
+from netdae._arrays import FloatArray
+from netdae.damping import Damping, Dashpot, NoDamping, Rayleigh
+from netdae.ejection import Launch
+from netdae.errors import InputError, ScenarioError
+from netdae.event_book import EventBook
+from netdae.events import Event, Need, event_called
+from netdae.forces.loads import Gravity, Load, NodalLoad
+from netdae.material import Material
+from netdae.mesh_io import describe
+from netdae.metrics import DeploymentMetrics
+from netdae.motions import Fixed, Motion, Steady, TableMotion
+from netdae.net import CableNet
+from netdae.options import SolverOptions
+from netdae.restraints import Drive, Restraint, mask_of
+from netdae.scenario_events import event_of
+from netdae.scenario_groups import check_group
+from netdae.scenario_initial import start_of
+from netdae.scenario_loads import environment_loads_of, orbit_load_of
+from netdae.scenario_nets import MeshFile
+from netdae.scenario_problems import ARRAYS, bare
+from netdae.scenario_signals import SHORTEST, motion_of, signal_of
+from netdae.scenario_tethered import tether_of
+from netdae.simulation import Simulation
+from netdae.state import State
+from netdae.system import System
+from netdae.tethered import Tethered, with_tether
+
+
+class Build:
+    """What is made of a scenario's data, section by section; an error names file, section and key.
+
+    path : of the scenario file, to which the names of other files are relative
+    """
+
+    def __init__(self, path: Path, title: str, data: schema.ScenarioData) -> None:
+        self._path = path
+        self._title = title
+        self._data = data
+        self._folder = path.parent
+        self._solver = data.solver
+
+    def simulation(self) -> Simulation:
+        """All of it; raises InputError for what cannot fly."""
+        times = self._times()
+        net, of_mesh = self._net()
+        masses = self._masses(net)
+        start = start_of(self._data.initial, net, masses, self._section)
+        state = State.at(start.state.x, start.state.v, t=self._solver.begin)
+        tied = self._tied(start.net, state)
+        restraints = [*self._restraints(tied.net), *self._held(start.launch), *tied.restraints]
+        loads = self._loads(tied.net)
+        materials = {**self._materials(start.net), **tied.materials}
+        joined = self._joined(tied.start.v, tied.net, restraints)
+        state = State.at(tied.start.x, joined, t=self._solver.begin)
+        self._check_restraints(restraints, tied.net, state)
+        with self._section():
+            system = System(
+                tied.net,
+                materials,
+                damping=self._damping(),
+                masses={**masses, **tied.masses},
+                loads=loads,
+                restraints=restraints,
+                reels=tied.reels,
+            )
+        metrics = self._metrics(system)
+        return Simulation(
+            self._title,
+            system,
+            state,
+            times,
+            self._options(),
+            metrics,
+            (*of_mesh, *start.findings),
+            self._events(system, metrics, restraints),
+            start.launch,
+        )
+
+    @contextmanager
+    def _section(self, name: str = "", number: int | None = None, *, key: str = "") -> Iterator[None]:
+        """Tell errors of the content by file, section and key."""
+        title = f"[[{name}]]" if name in ARRAYS else f"[{name}]"
+        place = [title, "" if number is None else str(number + 1), key]
+        header = f"{' '.join(part for part in place if part)}: " if name else ""
+        try:
+            yield
+        except ScenarioError:
+            raise
+        except InputError as error:
+            raise ScenarioError(f"{self._path}: {header}{bare(error)}") from error
+
+    def _times(self) -> FloatArray:
+        solver = self._solver
+        with self._section("solver"):
+            if solver.end <= solver.begin:
+                raise InputError(f"end is {solver.end:g} s, expected a time after begin, {solver.begin:g} s")
+            times = np.linspace(solver.begin, solver.end, self._data.output.frames)
+            if solver.end - solver.begin < SHORTEST or not (np.diff(times) > 0).all():
+                raise InputError(
+                    f"the flight lasts {solver.end - solver.begin:g} s from {solver.begin:g} s on: "
+                    f"give an end {SHORTEST:g} s after the begin at least, and fewer frames if there are many"
+                )
+        return times
+
+    def _options(self) -> SolverOptions:
+        solver = self._solver
+        with self._section("solver"):
+            return SolverOptions(
+                method=solver.method,
+                accuracy=solver.accuracy,
+                rtol=solver.rtol,
+                atol_position=solver.atol_position,
+                atol_velocity=solver.atol_velocity,
+                max_order=solver.max_order,
+                max_step=solver.max_step,
+            )
+
+    # The net and what it is made of
+
+    def _net(self) -> tuple[CableNet, tuple[str, ...]]:
+        net = self._data.net
+        if isinstance(net, MeshFile):
+            path = self._folder / net.file
+            with self._section("net", key="file"):
+                found = describe(path, surface_edges=net.surface_edges)
+            return found.net, tuple(f"{path}: {finding}" for finding in found.findings)
+        pattern = getattr(CableNet, net.kind)
+        with self._section("net"):
+            return pattern(**net.model_dump(exclude={"kind"})), ()
+
+    def _materials(self, net: CableNet) -> dict[str, Material]:
+        materials: dict[str, Material] = {}
+        for number, cord in enumerate(self._data.material):
+            with self._section("material", number):
+                check_group(net.cable_groups, cord.cables, "cable")
+                materials.pop(cord.cables, None)  # a later entry overrides all before it
+                materials[cord.cables] = Material(**cord.model_dump(exclude={"cables"}))
+        with self._section("material"):
+            made = np.isin(
+                np.arange(net.cable_count), np.concatenate([net.cables_of(group) for group in materials])
+            )
+            if not made.all():
+                groups = ", ".join(
+                    name
+                    for name, member in net.cable_groups.items()
+                    if name != "all" and not made[member].all()
+                )
+                missing = f", or one for what is missing of {groups}" if groups else ""
+                raise InputError(
+                    f"{np.count_nonzero(~made)} of {net.cable_count} cables have no material: "
+                    f'add an entry before the others with cables = "all"{missing}'
+                )
+        return materials
+
+    def _damping(self) -> Damping:
+        damping = self._data.damping
+        with self._section("damping"):
+            if isinstance(damping, schema.DashpotDamping):
+                return Dashpot(viscosity_time=damping.viscosity_time, zeta=damping.zeta)
+            if isinstance(damping, schema.RayleighDamping):
+                if damping.alpha == damping.beta == 0:
+                    raise InputError('nothing is damped: give alpha or beta above zero, or kind = "none"')
+                return Rayleigh(alpha=damping.alpha, beta=damping.beta)
+        return NoDamping()
+
+    def _masses(self, net: CableNet) -> dict[str, float]:
+        masses: dict[str, float] = {}
+        for number, entry in enumerate(self._data.masses):
+            with self._section("masses", number):
+                self._check_nodes(net, entry.group)
+            masses[entry.group] = masses.get(entry.group, 0.0) + entry.mass
+        return masses
+
+    def _check_nodes(self, net: CableNet, group: str) -> None:
+        check_group(net.node_groups, group, "node")
+        if group == "all" and self._data.tether is not None:
+            raise InputError(
+                "group 'all' has the tether, the chaser and the reel in it too: name a group of the net alone"
+            )
+
+    def _tied(self, net: CableNet, start: State) -> Tethered:
+        """The net with its tether; as it is where it has none."""
+        entry = self._data.tether
+        if entry is None:
+            return Tethered.without(net, start)
+        locking = []
+        for number, told in enumerate(self._data.events):
+            with self._section("events", number):
+                if told.action == "lock_tether":
+                    locking.append(
+                        Event(told.figure, told.value, action=told.action, name=told.name or "").name
+                    )
+                    if entry.lock is not None or len(locking) > 1:
+                        raise InputError(
+                            "the tether is locked already, by [tether] lock or by another event: let one of them do it"
+                        )
+        with self._section("tether"):
+            tether = tether_of(entry, self._folder, self._solver)
+            return with_tether(net, start, replace(tether, lock=locking[0]) if locking else tether)
+
+    # What acts on it
+
+    def _loads(self, net: CableNet) -> list[Load]:
+        loads: list[Load] = []
+        orbit = self._data.orbit
+        if orbit is not None:
+            with self._section("orbit"):
+                loads.append(orbit_load_of(orbit))
+        for number, load in enumerate(self._data.loads):
+            with self._section("loads", number):
+                if isinstance(load, schema.UniformGravity):
+                    loads.append(Gravity(signal_of(load.g, load, self._folder, self._solver)))
+                elif isinstance(load, schema.NodalForce):
+                    self._check_nodes(net, load.group)
+                    signal = signal_of(load.force, load, self._folder, self._solver)
+                    loads.append(NodalLoad(load.group, signal))
+                else:
+                    loads += environment_loads_of(
+                        load, orbit, net=net, folder=self._folder, solver=self._solver
+                    )
+        return loads
+
+    def _restraints(self, net: CableNet) -> list[Restraint]:
+        restraints = []
+        for number, hold in enumerate(self._data.restraints):
+            with self._section("restraints", number):
+                self._check_nodes(net, hold.group)
+                motion: Motion = Fixed()
+                if not isinstance(hold.motion, str):
+                    motion = motion_of(hold.motion, self._folder, self._solver)
+                begin = -math.inf if hold.begin is None else hold.begin
+                until = math.inf if hold.until is None else hold.until
+                restraints.append(
+                    Restraint(hold.group, axes=hold.axes, motion=motion, begin=begin, until=until)
+                )
+        return restraints
+
+    def _held(self, launch: Launch) -> list[Restraint]:
+        """Bullets that the canister, which moves as the whole net does, holds until their time."""
+        begin, velocity = self._solver.begin, self._data.initial.velocity
+        motion: Motion = Steady(velocity, begin) if any(velocity) else Fixed()
+        held = launch.held
+        return [
+            Restraint((int(node),), motion=motion, until=begin + float(t), release_velocity=tuple(v.tolist()))
+            for node, t, v in zip(held.nodes, held.times, held.velocities, strict=True)
+        ]
+
+    def _check_restraints(self, restraints: list[Restraint], net: CableNet, start: State) -> None:
+        """Tell what contradicts the start, or itself, by the section that it is in."""
+        after = np.nextafter(start.t, math.inf)
+        holding: list[Restraint] = []
+        for number, restraint in enumerate(restraints):
+            written = number < len(self._data.restraints)
+            with self._section("restraints" if written else "", number if written else None):
+                if restraint.holds(after, {}):
+                    holding.append(restraint)
+                    mask_of(tuple(holding), net)
+                    Drive.of((restraint,), net, start.x).check_start(start.t, start.v)
+
+    def _joined(self, v: FloatArray, net: CableNet, restraints: list[Restraint]) -> FloatArray:
+        """Velocities (n, 3) in which driven axes that start at rest take the velocity of their table."""
+        joined = v.copy()
+        t = np.nextafter(self._solver.begin, np.inf)
+        for restraint in restraints:
+            if isinstance(restraint.motion, TableMotion) and restraint.holds(t, {}):
+                nodes = np.ix_(restraint.nodes_of(net), restraint.axis_indices)
+                velocity = restraint.motion.at(t)[1][restraint.axis_indices]
+                joined[nodes] = np.where(v[nodes] == 0, velocity, v[nodes])
+        return joined
+
+    # What is measured and looked for
+
+    def _metrics(self, system: System) -> DeploymentMetrics:
+        chosen, net = self._data.metrics, system.net
+        mouth = chosen.mouth or (
+            "border" if "border" in {*net.node_groups, *net.cable_groups} else schema.NONE
+        )
+        corners = chosen.corners or ("corners" if "corners" in net.node_groups else schema.NONE)
+        metrics = DeploymentMetrics(
+            mouth=None if mouth == schema.NONE else mouth, corners=None if corners == schema.NONE else corners
+        )
+        with self._section("metrics"):
+            if mouth != schema.NONE:
+                check_group({**net.node_groups, **net.cable_groups}, mouth, "node")
+            if corners != schema.NONE:
+                check_group(net.node_groups, corners, "node")
+            metrics.begin(system)  # finds the loop, or says what is wrong with it
+        return metrics
+
+    def _events(
+        self, system: System, metrics: DeploymentMetrics, restraints: list[Restraint]
+    ) -> EventBook | None:
+        has: set[Need] = set()
+        if metrics.mouth is not None:
+            has.add("mouth")
+            if metrics.corners is not None:
+                has.add("corners")
+        if self._data.tether is not None:
+            has |= {"tether", "chaser"}
+        if np.isfinite(system.strength).any():
+            has.add("strength")
+        events: list[Event] = []
+        for number, entry in enumerate(self._data.events):
+            with self._section("events", number):
+                events.append(event_of(entry, events, has=has))
+        for number, restraint in enumerate(restraints):
+            written = number < len(self._data.restraints)
+            with self._section("restraints" if written else "tether", number if written else None):
+                for name in restraint.events:
+                    event_called(name, events, by="begin or until" if written else "lock")
+        if not events:
+            return None
+        with self._section("events"):
+            return EventBook(events, system, mouth=metrics.mouth, corners=metrics.corners)

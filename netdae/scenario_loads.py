@@ -1,0 +1,174 @@
+"""Loads that a scenario's [orbit] and its kinds "drag", "solar_pressure" and "air" of [[loads]] make."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+from netdae import earth
+from netdae import scenario_environment as environment
+from netdae import scenario_schema as schema
+from netdae._arrays import FloatArray
+from netdae.errors import InputError
+from netdae.forces.air import AirDrag
+from netdae.forces.drag import BodyDrag
+from netdae.forces.free_molecular import FreeMolecularDrag
+from netdae.forces.loads import Load
+from netdae.forces.orbit import Orbit
+from netdae.forces.solar import BodySolarPressure, SolarPressure, sun_over_orbit
+from netdae.net import CableNet
+from netdae.scenario_signals import signal_of
+from netdae.signals import Constant, Function, Pulse, Signal
+
+
+def altitude_of(orbit: environment.Orbit) -> float:
+    """Altitude in m; raises InputError unless just one of altitude and mean_motion is given, or under 120 km."""
+    if orbit.altitude is not None and orbit.mean_motion is None:
+        return orbit.altitude
+    if orbit.mean_motion is not None and orbit.altitude is None:
+        return earth.altitude_of(orbit.mean_motion)
+    found = "neither" if orbit.altitude is None else "both"
+    raise InputError(f"{found} of altitude and mean_motion is given: give just one of them")
+
+
+def mean_motion_of(orbit: environment.Orbit) -> float:
+    """Mean motion in rad/s; raises InputError as `altitude_of` does."""
+    altitude = altitude_of(orbit)
+    return earth.mean_motion(altitude) if orbit.mean_motion is None else orbit.mean_motion
+
+
+def orbit_load_of(orbit: environment.Orbit) -> Orbit:
+    """The forces of the orbit's frame; raises InputError as `altitude_of` does."""
+    return Orbit(mean_motion_of(orbit))
+
+
+def environment_loads_of(
+    load: environment.EnvironmentLoad,
+    orbit: environment.Orbit | None,
+    *,
+    net: CableNet,
+    folder: Path,
+    solver: schema.Solver,
+) -> list[Load]:
+    """Loads on the cables and on each group of bodies.
+
+    orbit : the section [orbit] of the scenario, whose errors are told as `altitude_of` does
+    folder : of the scenario file, to which tables are relative
+
+    Raises InputError for unknown groups, for what is missing, and for a load that acts on nothing.
+    """
+    if load.cables != environment.NO_CABLES:
+        net.cables_of(load.cables)  # raises for an unknown group
+    elif not load.bodies:
+        raise InputError('it acts on nothing: name a cable group instead of "none", or give bodies')
+    areas = [_area_of(body, net) for body in load.bodies]
+    if isinstance(load, environment.Drag):
+        return _drag(load, orbit, areas)
+    if isinstance(load, environment.SolarPressure):
+        return _sunlight(load, orbit, areas, solver.begin)
+    return _air(load, areas, signal_of(load.wind, load, folder, solver))
+
+
+def _area_of(body: environment.Body, net: CableNet) -> float:
+    if len(net.nodes_of(body.group)) == 0:
+        raise InputError(f"the group {body.group!r} has no nodes: name another one")
+    if body.area is not None and body.diameter is None:
+        return body.area
+    if body.diameter is not None and body.area is None:
+        return math.pi * body.diameter**2 / 4
+    found = "neither" if body.area is None else "both"
+    raise InputError(f"{found} of area and diameter is given for {body.group!r}: give just one of them")
+
+
+def _air(load: environment.Air, areas: list[float], wind: Signal) -> list[Load]:
+    loads: list[Load] = []
+    if load.cables != environment.NO_CABLES:
+        loads.append(
+            AirDrag(
+                load.density,
+                normal_coefficient=load.normal_coefficient,
+                tangential_coefficient=load.tangential_coefficient,
+                wind=wind,
+                cables=load.cables,
+                diameter=load.diameter,
+            )
+        )
+    for body, area in zip(load.bodies, areas, strict=True):
+        loads.append(
+            BodyDrag(
+                body.group, area, density=load.density, drag_coefficient=body.drag_coefficient, wind=wind
+            )
+        )
+    return loads
+
+
+def _drag(load: environment.Drag, orbit: environment.Orbit | None, areas: list[float]) -> list[Load]:
+    density, stream = load.density, load.stream
+    if density is None:
+        density = earth.density(_told_altitude(orbit, "density"))
+    if stream is None:
+        stream = (0.0, -earth.circular_speed(_told_altitude(orbit, "stream")), 0.0)
+    wind, coefficient = Constant(stream), load.drag_coefficient
+    loads: list[Load] = []
+    if load.cables != environment.NO_CABLES:
+        loads.append(
+            FreeMolecularDrag(
+                density, wind, drag_coefficient=coefficient, cables=load.cables, diameter=load.diameter
+            )
+        )
+    for body, area in zip(load.bodies, areas, strict=True):
+        loads.append(BodyDrag(body.group, area, density=density, drag_coefficient=coefficient, wind=wind))
+    return loads
+
+
+def _told_altitude(orbit: environment.Orbit | None, name: str) -> float:
+    if orbit is None:
+        raise InputError(f"{name} is missing: give it, or a section [orbit] that tells it")
+    return altitude_of(orbit)
+
+
+def _sunlight(
+    load: environment.SolarPressure,
+    orbit: environment.Orbit | None,
+    areas: list[float],
+    start: float,
+) -> list[Load]:
+    if not any(load.sun):
+        raise InputError("sun is [0, 0, 0]: give the direction towards the Sun")
+    sun = _lit(
+        Constant(load.sun) if orbit is None else sun_over_orbit(load.sun, mean_motion_of(orbit), since=start),
+        start if load.begin is None else load.begin,
+        math.inf if load.end is None else load.end,
+        always=load.begin is None and load.end is None,
+    )
+    pressure = earth.SOLAR_PRESSURE if load.pressure is None else load.pressure
+    loads: list[Load] = []
+    if load.cables != environment.NO_CABLES:
+        loads.append(
+            SolarPressure(
+                sun,
+                pressure,
+                coefficient=load.coefficient,
+                cables=load.cables,
+                diameter=load.diameter,
+            )
+        )
+    for body, area in zip(load.bodies, areas, strict=True):
+        loads.append(
+            BodySolarPressure(body.group, area, sun=sun, pressure=pressure, coefficient=load.coefficient)
+        )
+    return loads
+
+
+def _lit(sun: Signal, begin: float, end: float, *, always: bool) -> Signal:
+    """The Sun from `begin` to `end`, zero in the shadow before and after."""
+    if always:
+        return sun
+    shine = Pulse(np.ones(3), begin, end)  # raises where it ends before it begins
+
+    def direction(t: float) -> FloatArray:
+        return shine(t) * sun(t)
+
+    return Function(direction, jumps=shine.jumps)

@@ -1,0 +1,175 @@
+"""The verb forces: what it prints, what it takes, what it returns."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+import netdae as nd
+from netdae.cli import main
+from netdae.cli.forces import _altitude_of
+from netdae.earth import mean_motion
+from netdae.forces.orbit import Orbit
+from netdae.scenario_schema import ScenarioData
+
+SCRIPTS = Path(__file__).parent.parent / "scripts"
+
+SHOT = """\
+title = "small shot"
+[net]
+kind = "square"
+side = 1.0
+cells = 4
+[[material]]
+youngs_modulus = 1e9
+density = 1390
+diameter = 1e-3
+[damping]
+kind = "none"
+[[masses]]
+group = "corners"
+mass = 0.05
+[initial]
+scale = [0.8, 0.8, 1.0]
+[[initial.ejection]]
+group = "corners"
+speed = 5.0
+half_angle_deg = 60
+[solver]
+end = 0.1
+"""
+IN_ORBIT = SHOT + "[orbit]\naltitude = 400e3\n"
+ON_GROUND = SHOT + '[[loads]]\nkind = "gravity"\ng = [0.0, 0.0, -9.81]\n'
+
+
+@pytest.fixture
+def told(tmp_path, capsys):
+    """Runs the verb on a scenario's text; exit code, lines of stdout, stderr."""
+
+    def tell(text, *options):
+        file = tmp_path / "shot.toml"
+        file.write_text(text, encoding="utf-8")
+        code = main(["forces", str(file), *options])
+        out, err = capsys.readouterr()
+        return code, out.splitlines(), err
+
+    return tell
+
+
+def rows_of(lines):
+    """Name to (newtons, displacement, included) of the table."""
+    pattern = re.compile(r" +(\d+)  (\S.*?)  +(\S+e\S+) +(\S+e\S+) +\S+ %  (yes|no)$")
+    found = [match.groups() for line in lines if (match := pattern.match(line))]
+    assert [int(rank) for rank, *_ in found] == [*range(1, len(found) + 1)]
+    return {name: (float(newtons), float(moves), word == "yes") for _, name, newtons, moves, word in found}
+
+
+def test_forces_are_told_in_rank_order_with_formula_and_source(told):
+    code, lines, err = told(SHOT)
+    assert (code, err) == (0, "")
+    assert lines[0] == "small shot"
+    rows = rows_of(lines)
+    assert len(rows) == 9
+    moves = [moved for _, moved, _ in rows.values()]
+    assert moves == sorted(moves, reverse=True)
+    assert [name for name, row in rows.items() if row[2]] == ["elastic tension at snap", "inertia"]
+    formula = lines.index("   3  2 m n v, moves ½ (F/m) t²")
+    assert lines[formula + 1].strip().startswith("Clohessy and Wiltshire 1960")
+    assert max(map(len, lines)) <= 140  # nothing is cut or wrapped, also where it is piped
+
+
+def test_scenario_without_an_orbit_is_ranked_at_600_km_and_told_so(told):
+    _, lines, _ = told(SHOT)
+    assert "orbit    600 km, taken, as the scenario has no [orbit]: give --altitude for another" in lines
+    assert lines[-1] == "verdict      the scenario has every force that is significant"
+
+
+def test_scenario_on_the_ground_is_ranked_without_an_orbit(told):
+    code, lines, _ = told(ON_GROUND)
+    assert code == 0
+    assert {*rows_of(lines)} == {"elastic tension at snap", "inertia", "uniform gravity", "air drag"}
+    assert any(line.startswith("orbit    none, the scenario has gravity or air") for line in lines)
+    _, lines, _ = told(ON_GROUND, "--altitude", "500e3")
+    assert {"uniform gravity", "Coriolis"} <= {*rows_of(lines)}
+
+
+def test_altitude_and_flight_time_can_be_told(told):
+    _, lines, _ = told(SHOT, "--altitude", "300e3", "--flight-time", "30")
+    assert "orbit    300 km, by --altitude" in lines
+    assert any(line.startswith("flight   t = 30 s at v = ") for line in lines)
+    low, high = (rows_of(told(SHOT, "--altitude", each)[1]) for each in ("300e3", "900e3"))
+    assert low["aerodynamic drag"][0] > 1000 * high["aerodynamic drag"][0]
+
+
+def test_missing_force_that_matters_is_warned_of_with_its_remedy(told):
+    code, lines, _ = told(SHOT, "--flight-time", "30")
+    assert code == 0
+    warned = [line for line in lines if line.startswith("warning ")]
+    assert any(
+        re.match(
+            r"warning +Coriolis moves the net by \S+ m, \S+ % of its size, .* add \[orbit\] altitude", line
+        )
+        for line in warned
+    )
+    assert not any(line.startswith("verdict") for line in lines)
+
+
+def test_conducting_net_feels_the_field(told):
+    assert rows_of(told(SHOT)[1])["Lorentz force"][0] == 0
+    _, lines, _ = told(SHOT, "--current", "1", "--flight-time", "10")
+    assert rows_of(lines)["Lorentz force"][0] > 1e-5
+    assert any("Lorentz force moves the net" in line and "no model of it" in line for line in lines)
+
+
+@pytest.mark.skipif("orbit" not in ScenarioData.model_fields, reason="scenarios have no [orbit] yet")
+def test_orbit_of_the_scenario_is_taken(told):
+    _, lines, _ = told(IN_ORBIT)
+    assert "orbit    400 km, by [orbit]" in lines
+    assert rows_of(lines)["Coriolis"][2]
+    assert rows_of(lines)["gravity gradient"][2]
+
+
+def test_altitude_is_that_of_the_option_then_of_the_orbit_then_usual_unless_on_the_ground():
+    net = nd.CableNet.square(side=1.0, cells=2)
+    cord = nd.Material(youngs_modulus=1e9, density=1e3, diameter=1e-3)
+
+    def altitude(*loads, given=None):
+        system = nd.System(net, cord, damping=nd.NoDamping(), loads=loads)
+        return _altitude_of(system, given)[0]
+
+    orbit, gravity = Orbit(mean_motion(700e3)), nd.Gravity([0, 0, -9.81])
+    assert altitude(orbit, gravity) == pytest.approx(700e3)
+    assert altitude(orbit, given=300e3) == 300e3
+    assert altitude(gravity) is None
+    assert altitude() == 600e3
+
+
+@pytest.mark.parametrize("file", sorted(SCRIPTS.glob("*.toml")), ids=lambda path: path.stem)
+def test_every_scenario_of_the_scripts_can_be_ranked(file, capsys):
+    assert main(["forces", str(file)]) == 0
+    assert rows_of(capsys.readouterr().out.splitlines())
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--altitude", "100e3"], "altitude is 100000 m: no orbit lasts under 120000 m"),
+        (["--altitude", "-5"], "altitude is -5 m"),
+        (["--altitude", "high"], 'Invalid value for --altitude: "high", expected a number'),
+        (["--flight-time", "0"], "flight time is 0 s: give a time above zero"),
+        (["--flight-time", "nan"], "flight time is nan s"),
+        (["--charge", "inf"], "charge is inf C"),
+        (["more.toml"], "more.toml is too much: netdae forces takes one scenario at a time"),
+    ],
+)
+def test_mistakes_are_one_line_and_exit_code_2(told, options, message):
+    code, lines, err = told(SHOT, *options)
+    assert code == 2
+    assert lines == []
+    assert message in err
+    assert err.count("\n") == 1
+
+
+def test_missing_scenario_is_asked_for(capsys):
+    assert main(["forces"]) == 2
+    assert "SCENARIO is missing: netdae forces SCENARIO.toml" in capsys.readouterr().err
