@@ -16,6 +16,7 @@ import pytest
 
 from netdae.cli import main
 from netdae.options import PRESETS
+from netdae.scenario_build import Build
 from netdae.scenario_schema import ScenarioData
 
 PROJECT = Path(__file__).resolve().parent.parent
@@ -53,7 +54,7 @@ def test_the_first_two_commands_are_the_flight_and_the_tests() -> None:
 
 
 def test_the_scenario_of_the_readme_flies(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (text,) = blocks("toml")
+    text = blocks("toml")[0]
     file = tmp_path / "readme.toml"
     file.write_text(shortened(text, cells="4", end="0.05", frames="3"), encoding="utf-8")
     assert main(["run", str(file), "-o", str(tmp_path / "out")]) == 0, capsys.readouterr().err
@@ -81,6 +82,18 @@ def test_the_scenario_of_the_readme_is_the_shipped_one() -> None:
         assert getattr(told, section) == getattr(shipped, section), section
 
 
+def test_the_mission_of_the_readme_flies() -> None:
+    scenario, mission = (tomllib.loads(text) for text in blocks("toml"))
+    net = {**scenario["net"], "cells": 6}
+    small = {**scenario, **mission, "net": net, "solver": {"end": 0.01}, "output": {"frames": 3}}
+    small["initial"] = {**mission["initial"], "folds": [2, 2], "canister": {"side": 3.0, "depth": 0.3}}
+    simulation = Build(PROJECT / "mission.toml", "mission", ScenarioData.model_validate(small)).simulation()
+    states = list(simulation.integrate())
+    assert states[-1].t == 0.01
+    assert sorted(simulation.launch.held.times.tolist()) == [0.002, 0.004]
+    assert [event.name for event in simulation.events.events] == ["far", "largest_mouth_area"]
+
+
 def test_the_python_example_flies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys) -> None:
     (text,) = blocks("python")
     assert len(text.strip().splitlines()) <= 15
@@ -105,10 +118,12 @@ def test_the_verbs_of_the_table_are_there(tmp_path: Path, capsys: pytest.Capture
         shlex.split(line.replace("[", "").replace("]", ""))
         for line in re.findall(r"^\| `netdae (.*?)`", README, flags=re.M)
     ]
-    assert [line[0] for line in listed] == ["run", "run", "check", "mesh", "info", "schema"]
-    assert listed[1][2] == "--ensemble"
+    verbs = [line[0] for line in listed]
+    assert {*verbs} == {"run", "forces", "check", "mesh", "info", "schema"}
+    assert "--ensemble" in listed[1]
+    assert "--resume" in listed[2]
     net = tmp_path / "net.vtu"
-    mesh = [word if word != "net.vtu" else str(net) for word in listed[3]]
+    mesh = [word if word != "net.vtu" else str(net) for word in listed[verbs.index("mesh")]]
     assert main(mesh) == 0
     assert main(["info", str(net)]) == 0
     assert "441" in capsys.readouterr().out
