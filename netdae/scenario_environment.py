@@ -7,8 +7,8 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, Field, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
-from netdae.scenario_section import Area, FactorVector, Section, Text, Thickness, Time, Vector
-from netdae.scenario_tables import Vector3OrTable
+from netdae.scenario_section import AirDensity, Area, FactorVector, Section, Text, Thickness, Time, Vector
+from netdae.scenario_tables import DensityOrTable, Vector3OrTable
 
 LOWEST, HIGHEST = 120e3, 1e9  # m; the Moon is at 3.8e8
 
@@ -28,7 +28,6 @@ Altitude = Annotated[
     WithJsonSchema({"type": "number", "minimum": LOWEST, "maximum": HIGHEST}),
 ]
 MeanMotion = Annotated[float, Field(gt=0, le=1e-2)]  # rad/s; 1.2e-3 at 120 km is the fastest about the Earth
-AirDensity = Annotated[float, Field(ge=1e-25, le=1e3)]  # kg/m³; 3e-15 at 1000 km, 1.2 at sea level
 Coefficient = Annotated[float, Field(ge=1e-6, le=100)]
 LightPressure = Annotated[float, Field(ge=1e-12, le=1)]  # N/m²; 4.5e-6 at 1 AU, 0.2 at the Sun's surface
 
@@ -63,8 +62,10 @@ class Drag(Section):
     """Drag in orbit, where molecules come singly."""
 
     kind: Literal["drag"] = Field(description="Kind of load.")
-    density: AirDensity | None = Field(
-        None, description="Density of the air, kg/m³; by default that at the altitude of [orbit]."
+    density: DensityOrTable | None = Field(
+        None,
+        description="Density of the air, kg/m³, or a table of it over altitude; by default an exponential "
+        "atmosphere. Both are taken at the altitude of [orbit].",
     )
     stream: Vector | None = Field(
         None,

@@ -20,7 +20,9 @@ from netdae.forces.orbit import Orbit
 from netdae.forces.solar import BodySolarPressure, SolarPressure, sun_over_orbit
 from netdae.net import CableNet
 from netdae.scenario_signals import signal_of
+from netdae.scenario_tables import DensityFile
 from netdae.signals import Constant, Function, Pulse, Signal
+from netdae.tables import read_table
 
 
 def altitude_of(orbit: environment.Orbit) -> float:
@@ -65,7 +67,7 @@ def environment_loads_of(
         raise InputError('it acts on nothing: name a cable group instead of "none", or give bodies')
     areas = [_area_of(body, net) for body in load.bodies]
     if isinstance(load, environment.Drag):
-        return _drag(load, orbit, areas)
+        return _drag(load, orbit, areas, folder)
     if isinstance(load, environment.SolarPressure):
         return _sunlight(load, orbit, areas, solver.begin)
     return _air(load, areas, signal_of(load.wind, load, folder, solver))
@@ -104,10 +106,10 @@ def _air(load: environment.Air, areas: list[float], wind: Signal) -> list[Load]:
     return loads
 
 
-def _drag(load: environment.Drag, orbit: environment.Orbit | None, areas: list[float]) -> list[Load]:
-    density, stream = load.density, load.stream
-    if density is None:
-        density = earth.density(_told_altitude(orbit, "density"))
+def _drag(
+    load: environment.Drag, orbit: environment.Orbit | None, areas: list[float], folder: Path
+) -> list[Load]:
+    density, stream = _density_of(load, orbit, folder), load.stream
     if stream is None:
         stream = (0.0, -earth.circular_speed(_told_altitude(orbit, "stream")), 0.0)
     wind, coefficient = Constant(stream), load.drag_coefficient
@@ -121,6 +123,20 @@ def _drag(load: environment.Drag, orbit: environment.Orbit | None, areas: list[f
     for body, area in zip(load.bodies, areas, strict=True):
         loads.append(BodyDrag(body.group, area, density=density, drag_coefficient=coefficient, wind=wind))
     return loads
+
+
+def _density_of(load: environment.Drag, orbit: environment.Orbit | None, folder: Path) -> float:
+    if load.density is None:
+        return earth.density(_told_altitude(orbit, "density"))
+    if not isinstance(load.density, DensityFile):
+        return load.density
+    altitude = _told_altitude(orbit, "the altitude for the density table")
+    name = load.density.file
+    columns = read_table(folder / name, ("altitude", "density"))
+    try:
+        return earth.DensityTable(columns["altitude"], columns["density"]).at(altitude)
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from error
 
 
 def _told_altitude(orbit: environment.Orbit | None, name: str) -> float:

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag
 
-from netdae.scenario_section import ForceVector, Section, Text, Vector
+from netdae.scenario_section import AirDensity, ForceVector, Section, Text, Vector
 
 
 class TableFile(Section):
@@ -23,6 +23,12 @@ class MotionFile(Section):
     interpolation: Literal["linear", "cubic"] = Field("cubic", description="Curve through the rows.")
 
 
+class DensityFile(Section):
+    """A CSV table with the header altitude,density; altitudes in m, rising, densities in kg/m³."""
+
+    file: Text = Field(description="CSV file with the header altitude,density.")
+
+
 def _kind_of_table(value: Any) -> str:
     return "<table>" if isinstance(value, dict) else "<value>"
 
@@ -36,5 +42,9 @@ ForceOrTable = Annotated[
 ]
 FixedOrTable = Annotated[
     Annotated[Literal["fixed"], Tag("<value>")] | Annotated[MotionFile, Tag("<table>")],
+    Discriminator(_kind_of_table),
+]
+DensityOrTable = Annotated[
+    Annotated[AirDensity, Tag("<value>")] | Annotated[DensityFile, Tag("<table>")],
     Discriminator(_kind_of_table),
 ]

@@ -82,6 +82,20 @@ def test_drag_takes_air_and_stream_from_the_orbit(tmp_path):
     assert len(bodies.nodes) == 4
 
 
+def test_drag_takes_its_density_from_a_table_at_the_altitude_of_the_orbit(tmp_path):
+    (tmp_path / "air.csv").write_text("altitude,density\n500e3,1e-12\n700e3,1e-14\n", encoding="utf-8")
+    told = '[[loads]]\nkind = "drag"\ndensity = { file = "air.csv" }'
+    drag = forces_of(tmp_path, ORBIT + told)["drag"]
+    # exponential between the rows: their geometric mean half-way
+    np.testing.assert_allclose(drag.weight, 0.25 * 1e-13 * 2.2 * 2e-3, rtol=1e-12)
+    for text, words in (
+        (told, "the altitude for the density table is missing"),
+        (ORBIT.replace("600e3", "900e3") + told, "air.csv: altitude is 900000 m, but the density table goes"),
+    ):
+        with pytest.raises(ScenarioError, match=words):
+            built(tmp_path, text)
+
+
 def test_drag_takes_what_it_is_told_before_what_the_orbit_tells(tmp_path):
     told = 'density = 1e-11\nstream = [0, -7000, 100]\ndrag_coefficient = 2.6\ncables = "border"\ndiameter = 0.003'
     for orbit in ("", ORBIT):

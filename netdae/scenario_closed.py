@@ -1,0 +1,82 @@
+"""The closings that the sections [[closing]] of a scenario make, and the accuracy that their flight gets."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from netdae import scenario_schema as schema
+from netdae.closed import check_closing
+from netdae.closing import Closing, Drawcord, Haul, Winch, tightened
+from netdae.errors import InputError
+from netdae.forces.rings import Rings
+from netdae.material import Material
+from netdae.net import CableNet
+from netdae.options import SolverOptions
+from netdae.scenario_closing import DrawcordEntry, WinchEntry
+from netdae.scenario_groups import check_group
+
+_CORD = {
+    "youngs_modulus",
+    "density",
+    "linear_density",
+    "diameter",
+    "area",
+    "toe_strain",
+    "law",
+    "strength",
+}
+_HAUL = {"speed", "force", "final_length", "begin", "hold", "drum_inertia"}
+
+CREEP = 0.01
+"""Creep speed of the friction at rings over the speed at which the cord is wound in."""
+
+
+def closing_of(entry: WinchEntry | DrawcordEntry, net: CableNet, begin: float) -> Closing:
+    """The closing of an entry, for a net and a flight that begins at `begin` in s.
+
+    Raises InputError for values that do not go together or that are not in the net.
+    """
+    material, haul = Material(**entry.model_dump(include=_CORD)), Haul(**entry.model_dump(include=_HAUL))
+    closing: Closing
+    if isinstance(entry, WinchEntry):
+        for group in (entry.first, entry.second):
+            check_group(net.node_groups, group, "node")
+        closing = Winch(entry.first, entry.second, material, haul, entry.length)
+    else:
+        closing = _drawcord_of(entry, net, material, haul)
+    check_closing(net, closing, begin)
+    return closing
+
+
+def _drawcord_of(entry: DrawcordEntry, net: CableNet, material: Material, haul: Haul) -> Drawcord:
+    if isinstance(entry.rings, str):
+        check_group(net.node_groups, entry.rings, "node")
+    fastened = not entry.closed if entry.fastened is None else entry.fastened
+    if not fastened and not entry.closed:
+        raise InputError("fastened is false: the free end of an open cord would slip out: let it be true")
+    return Drawcord(
+        material,
+        haul,
+        group=entry.rings if isinstance(entry.rings, str) else None,
+        nodes=None if isinstance(entry.rings, str) else tuple(entry.rings),
+        loop=entry.loop,
+        closed=entry.closed,
+        length=entry.length,
+        rings=Rings(entry.ring_size, entry.friction, CREEP * entry.speed, fastened),
+    )
+
+
+def closing_options(
+    options: SolverOptions, solver: schema.Solver, closings: Sequence[Closing]
+) -> SolverOptions:
+    """The options with tolerances as fine as the closings need, but for those that the scenario gives itself."""
+    if not closings or not options.in_force:
+        return options
+    rtol, position, velocity = tightened(options.tolerances, closings)
+    return replace(
+        options,
+        rtol=rtol if solver.rtol is None else options.rtol,
+        atol_position=position if solver.atol_position is None else options.atol_position,
+        atol_velocity=velocity if solver.atol_velocity is None else options.atol_velocity,
+    )
