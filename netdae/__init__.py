@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from netdae.accordion import accordion
+    from netdae.accordion_fold import accordion
     from netdae.damping import Dashpot, NoDamping, Rayleigh
     from netdae.ejection import Ejection, Launch, Spread, fired
     from netdae.errors import InputError, MeshError, NetdaeError, RunError, ScenarioError
@@ -34,7 +34,10 @@ if TYPE_CHECKING:
     from netdae.net import CableNet
     from netdae.observers import MetricsCsv, Progress
     from netdae.options import SolverOptions
+    from netdae.plots import plot
     from netdae.reels import Reel
+    from netdae.render import Rendering, render_movie, render_page, render_picture, render_sheet
+    from netdae.render_look import Look
     from netdae.restraints import Restraint
     from netdae.scenario import read_scenario
     from netdae.signals import Function, Pulse, Table
@@ -48,7 +51,7 @@ if TYPE_CHECKING:
     from netdae.vtk import VtuSeries
 
 _HOMES = {
-    "netdae.accordion": ("accordion",),
+    "netdae.accordion_fold": ("accordion",),
     "netdae.damping": ("Dashpot", "NoDamping", "Rayleigh"),
     "netdae.ejection": ("Ejection", "Launch", "Spread", "fired"),
     "netdae.errors": ("InputError", "MeshError", "NetdaeError", "RunError", "ScenarioError"),
@@ -70,7 +73,10 @@ _HOMES = {
     "netdae.net": ("CableNet",),
     "netdae.observers": ("MetricsCsv", "Progress"),
     "netdae.options": ("SolverOptions",),
+    "netdae.plots": ("plot",),
     "netdae.reels": ("Reel",),
+    "netdae.render": ("Rendering", "render_movie", "render_page", "render_picture", "render_sheet"),
+    "netdae.render_look": ("Look",),
     "netdae.restraints": ("Restraint",),
     "netdae.scenario": ("read_scenario",),
     "netdae.signals": ("Function", "Pulse", "Table"),

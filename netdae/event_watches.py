@@ -222,7 +222,9 @@ class Largest:
         return self.event.level * max(area, SMALLEST_TOP * self._scene.reference_area)
 
     def _fall(self, top: float, state: State) -> float:
-        """How much farther than the share the area has fallen below `top`, m²."""
+        """How much farther than the share the area has fallen below `top`, m²; a mouth still packed has no fall."""
+        if top < SMALLEST_TOP * self._scene.reference_area:
+            return -math.inf
         return top - self._share_of(top) - self._scene.value("mouth_area", state)
 
     def _top_after(

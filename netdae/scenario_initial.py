@@ -12,7 +12,7 @@ from pydantic import BeforeValidator, Field, Strict
 from pydantic_core import PydanticCustomError
 
 from netdae import ejection, stowed
-from netdae.accordion import MOST_FOLDS, accordion
+from netdae.accordion_fold import MOST_FOLDS, accordion
 from netdae.errors import InputError
 from netdae.initial import scaled
 from netdae.net import CableNet

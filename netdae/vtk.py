@@ -113,8 +113,9 @@ class VtuSeries:
 
     def _make_grid(self, system: System) -> None:
         self._system = system
-        self._grid = grid_of(system.net, groups=self.groups)
-        self._grid.point_data["mass"] = system.mass
+        self._places = np.flatnonzero(system.in_space)
+        self._grid = grid_of(system.net, groups=self.groups, nodes=self._places)
+        self._grid.point_data["mass"] = system.mass[self._places]
         self._writer = XMLUnstructuredGridWriter("", self._grid).writer
         self._writer.WriteToOutputStringOn()
         self._writer.SetDataModeToAppended()
@@ -155,16 +156,19 @@ class VtuSeries:
         system, grid = self._system, self._grid
         if system is None:
             raise RuntimeError("VtuSeries was called before begin(system)")
-        strain = system.strain(state.x)
-        grid.points = state.x
-        grid.point_data["displacement"] = state.x - system.net.nodes
-        grid.point_data["velocity"] = state.v
-        grid.point_data["acceleration"] = state.a
+        strain, places = system.strain(state.x), self._places
+        x = state.x[places]
+        grid.points = x
+        grid.point_data["displacement"] = x - system.net.nodes[places]
+        grid.point_data["velocity"] = state.v[places]
+        grid.point_data["acceleration"] = state.a[places]
         grid.cell_data["strain"] = strain
         grid.cell_data["stress"] = system.stress(state.x)
         grid.cell_data["tension"] = system.tension(state.x)
         grid.cell_data["taut"] = (strain > 0).astype(np.uint8)
         grid.field_data["TimeValue"] = np.array([state.t])  # ParaView's name for a single file's time
+        if system.reels:
+            grid.field_data["paid_out"] = state.x[[reel.node for reel in system.reels], 0]
         self._writer.Write()
         data: bytes | str = self._writer.GetOutputString()
         return data if isinstance(data, bytes) else data.encode()
@@ -178,23 +182,25 @@ def _entry_of(number: int, t: float) -> bytes:
     return f'  <DataSet timestep="{float(t)!r}" part="0" file="{_name_of(number)}"/>\n'.encode()
 
 
-def grid_of(net: CableNet, *, groups: bool = True) -> pv.UnstructuredGrid:
-    """The net in its reference positions as a grid of lines, with group_<name> arrays; "all" is left out."""
-    m = net.cable_count
-    cells = np.column_stack([np.full(m, 2), net.cables]).ravel()
-    grid = pv.UnstructuredGrid(cells, np.full(m, pv.CellType.LINE, dtype=np.uint8), net.nodes.copy())
+def grid_of(net: CableNet, *, groups: bool = True, nodes: IntArray | None = None) -> pv.UnstructuredGrid:
+    """The net in its reference positions as a grid of lines, with group_<name> arrays; "all" is left out.
+
+    nodes : (k,), rising, those that are points: all by default; no cable ends at another
+    """
+    m, places = net.cable_count, np.arange(net.node_count) if nodes is None else nodes
+    cells = np.column_stack([np.full(m, 2), np.searchsorted(places, net.cables)]).ravel()
+    grid = pv.UnstructuredGrid(cells, np.full(m, pv.CellType.LINE, dtype=np.uint8), net.nodes[places])
     if groups:
-        _add_groups(grid.point_data, net.node_groups, net.node_count)
-        _add_groups(grid.cell_data, net.cable_groups, m)
+        _add_groups(grid.point_data, net.node_groups, places)
+        _add_groups(grid.cell_data, net.cable_groups, np.arange(m))
     return grid
 
 
-def _add_groups(data: Any, groups: Any, count: int) -> None:
+def _add_groups(data: Any, groups: Any, shown: IntArray) -> None:
     members: IntArray
     for name, members in groups.items():
-        if name != "all" and len(members):
-            mask = np.zeros(count, dtype=np.uint8)
-            mask[members] = 1
+        mask = np.isin(shown, members).astype(np.uint8)
+        if name != "all" and mask.any():
             data["group_" + re.sub(r"[^\w.+-]", "_", name)] = mask  # VTK writes names unescaped into its XML
 
 

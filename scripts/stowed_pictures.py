@@ -17,7 +17,7 @@ import numpy as np
 import pyvista as pv
 
 import netdae as nd
-from netdae.accordion import accordion
+from netdae.accordion_fold import accordion
 from netdae.errors import InputError
 from netdae.star_fold import star
 from netdae.stowed import Canister

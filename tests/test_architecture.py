@@ -22,7 +22,16 @@ LAYERS = (
         *("net_forces", "patterns", "phases", "reels", "restraints", "signals", "state"),
     ),
     (
-        *("accordion", "ejection", "external_forces", "initial", "opening", "scales", "star_fold", "stowed"),
+        *(
+            "accordion_fold",
+            "ejection",
+            "external_forces",
+            "initial",
+            "opening",
+            "scales",
+            "star_fold",
+            "stowed",
+        ),
         *("system", "tether", "tethered"),
     ),
     (
@@ -40,7 +49,16 @@ LAYERS = (
         ),
     ),
     (
-        *("checkpoint", "ensemble", "event_book", "event_figures", "event_watches", "events", "figures", "gauge"),
+        *(
+            "checkpoint",
+            "ensemble",
+            "event_book",
+            "event_figures",
+            "event_watches",
+            "events",
+            "figures",
+            "gauge",
+        ),
         *("metrics", "mouth", "observers", "recorder"),
     ),
     (
@@ -48,17 +66,33 @@ LAYERS = (
         *("msh", "raw_mesh", "vtk", "vtk_lines"),
     ),
     (
+        *(
+            "flight_page",
+            "movie_file",
+            "render",
+            "render_camera",
+            "render_colours",
+            "render_frames",
+            "render_labels",
+            "render_look",
+        ),
+        *("render_scene"),
+    ),
+    (
         *("scenario", "scenario_build", "scenario_digest", "scenario_environment", "scenario_events"),
         *("scenario_files", "scenario_groups", "scenario_initial", "scenario_loads", "scenario_nets"),
         *("scenario_problems", "scenario_schema", "scenario_section", "scenario_signals", "scenario_tables"),
         *("scenario_tether", "scenario_tethered", "simulation", "tables"),
     ),
-    ("ensemble_folder", "jacobian_check", "run_folder", "run_summary", "stopped_run"),
+    (
+        *("ensemble_folder", "jacobian_check", "plot_drawing", "plot_figures", "plot_marks", "plot_runs"),
+        *("plot_style", "plots", "run_folder", "run_summary", "stopped_run"),
+    ),
     ("cli",),
 )
 LAYER_OF = {name: number for number, names in enumerate(LAYERS) for name in names}
 
-HEAVY = ("numpy", "scipy", "numba", "pyvista", "meshio", "sksundae")
+HEAVY = ("numpy", "scipy", "numba", "pyvista", "matplotlib", "meshio", "sksundae")
 
 
 def imports_of(path):
@@ -101,9 +135,11 @@ def test_imports_make_no_circle():
     ("library", "homes"),
     [
         ("meshio", {"mesh_formats"}),
-        ("pyvista", {"vtk", "vtk_lines"}),
+        ("pyvista", {"vtk", "vtk_lines", "render_frames", "render_scene"}),
         ("sksundae", {"cvode", "ida"}),
         ("cyclopts", {"cli"}),
+        ("matplotlib", {"plot_drawing", "plot_style", "render_colours"}),
+        ("PIL", {"render", "render_labels", "movie_file"}),
     ],
 )
 def test_library_is_imported_in_one_place(library, homes):

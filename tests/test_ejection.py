@@ -7,7 +7,7 @@ import pytest
 from conftest import CORD
 from numpy.random import default_rng
 
-from netdae.accordion import accordion
+from netdae.accordion_fold import accordion
 from netdae.damping import Dashpot
 from netdae.ejection import Ejection, Launch, Spread, check_bullets, fired, launch_of, velocity_after
 from netdae.errors import InputError

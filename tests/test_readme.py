@@ -11,7 +11,6 @@ import sys
 import tomllib
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from netdae.cli import main
@@ -119,7 +118,7 @@ def test_the_verbs_of_the_table_are_there(tmp_path: Path, capsys: pytest.Capture
         for line in re.findall(r"^\| `netdae (.*?)`", README, flags=re.M)
     ]
     verbs = [line[0] for line in listed]
-    assert {*verbs} == {"run", "forces", "check", "mesh", "info", "schema"}
+    assert {*verbs} == {"run", "render", "plot", "forces", "check", "mesh", "info", "schema"}
     assert "--ensemble" in listed[1]
     assert "--resume" in listed[2]
     net = tmp_path / "net.vtu"
@@ -160,24 +159,6 @@ def test_the_readme_tells_what_each_preset_keeps_and_has_no_holes() -> None:
             row = rf"^\| {method} \| {accuracy} \|( [\d.−]+ \|){{6}}$"
             assert re.search(row, README, flags=re.MULTILINE), f"{method}, {accuracy}"
     assert not re.search(r"^[A-Z_]{4,}$", README, flags=re.MULTILINE)
-
-
-def test_picture_script_shows_the_net(tmp_path: Path) -> None:
-    text = shortened(blocks("toml")[0], cells="4", end="0.05", frames="3")
-    (tmp_path / "small.toml").write_text(text, encoding="utf-8")
-    assert main(["run", str(tmp_path / "small.toml"), "-o", str(tmp_path / "out")]) == 0
-    done = run_script("picture.py", tmp_path / "out", tmp_path / "picture.png", "--frames", 2)
-    assert done.returncode == 0, done.stderr
-    import matplotlib.image
-
-    pixels = matplotlib.image.imread(tmp_path / "picture.png")[..., :3]
-    inked = (np.abs(pixels - 1.0) > 0.1).any(axis=-1)
-    panels = np.split(inked, 2, axis=1)
-    # a net of some dozen thin lines covers more than a hundredth of a panel; a blank one has its label alone
-    assert all(0.01 < panel.mean() < 0.5 for panel in panels)
-    # the net lies inside the frame: nothing is cut at the edges
-    assert not inked[:, [0, -1]].any()
-    assert not inked[-1].any()
 
 
 def test_venv_script_says_how_it_is_called() -> None:

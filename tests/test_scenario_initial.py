@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from netdae.accordion import accordion
+from netdae.accordion_fold import accordion
 from netdae.errors import InputError
 from netdae.initial import ejected, scaled
 from netdae.net import CableNet

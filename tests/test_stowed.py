@@ -19,7 +19,7 @@ from scipy.spatial import cKDTree
 from scipy.spatial.distance import pdist
 from scipy.spatial.transform import Rotation
 
-from netdae.accordion import accordion, meander
+from netdae.accordion_fold import accordion, meander
 from netdae.errors import InputError
 from netdae.net import CableNet
 from netdae.opening import crossings_of, opening_finding

@@ -30,17 +30,21 @@ app.command(
 )
 app.command("netdae.cli.mesh:app", name="mesh", help="Generate a net and write it to a mesh file.")
 app.command("netdae.cli.info:info", name="info", help="Say what is in a mesh file.")
+app.command(
+    "netdae.cli.render:render", name="render", help="Make pictures, movies or a page for browsers of a run."
+)
 app.command("netdae.cli.plot:plot", name="plot", help="Draw the figures of runs as PNG and SVG.")
 app.command(
     "netdae.cli.schema:schema", name="schema", help="Print the JSON schema of a scenario, for editors."
 )
 
-_PLACES = {"scenario": "SCENARIO.toml", "mesh": "MESH"}
+_PLACES = {"scenario": "SCENARIO.toml", "mesh": "MESH", "folder": "DIR"}
 _TAKES = {
     "run": "one scenario at a time",
     "check": "one scenario at a time",
     "forces": "one scenario at a time",
     "info": "one mesh at a time",
+    "render": "one folder at a time",
     "schema": "nothing",
 }
 _NUMBERS: dict[type | None, str] = {float: "a number", int: "a whole number"}
