@@ -1,7 +1,8 @@
 """The explicit method: velocity Verlet in chunks of steps, with a step length that is known to be stable.
 
-The step is the stable one of `stable_step` for a strain limit above all strains so far. A step that passes the limit
-ends its chunk, and the limit is raised.
+The step is the stable one of `stable_step` for a strain limit above all strains so far, and for rest lengths on reels
+below those there are. A step that passes either ends its chunk, and the limit is set anew. Forces that the kernel does
+not know act between the chunks, see `kicks`.
 """
 
 from __future__ import annotations
@@ -9,42 +10,37 @@ from __future__ import annotations
 import math
 from collections import Counter, defaultdict
 from collections.abc import Mapping
+from itertools import pairwise
 from time import perf_counter
-from typing import ClassVar, NamedTuple
+from typing import ClassVar
 
 import numpy as np
 
 from netdae._arrays import FloatArray
+from netdae.chunk import NOTHING, Chunk, after, between, share_of, share_told, step_of, sum_of, with_slow
 from netdae.errors import RunError
-from netdae.kernel_forces import KernelForces
-from netdae.motions import Fixed
+from netdae.kernel import Kernel
+from netdae.kicks import Kicks, Slow
 from netdae.options import SolverOptions
 from netdae.restraints import Drive
-from netdae.signals import Constant
-from netdae.stable_step import stable_step
+from netdae.stable_step import WOUND_IN, reeled_lengths, stable_step
 from netdae.stepper import Share, Step
 from netdae.system import System
-from netdae.verlet import Held, Tally, fly
+from netdae.verlet import Tally
 
 CHUNK = 128  # steps between two looks: 2 to 3 ms of a 21 x 21 net
+TOLD = 500_000  # numbers of x, v and a that are kept at once where every step is told
 FRACTIONS = {"fast": 0.9, "standard": 0.5, "accurate": 0.2}
 """Share of the stable step length that each accuracy takes; `scripts/accuracy.py` measures what each keeps."""
 UNBOUND = 1e-3  # s, where nothing that moves bounds the step
 UNSTABLE = 0.1  # gain of energy, as a share of the largest, that no stable flight has
 
 
-class _Chunk(NamedTuple):
-    """Where a chunk of steps began, so that any instant inside it can be flown again."""
-
-    t: float
-    h: float
-    x: FloatArray
-    v: FloatArray
-    a: FloatArray
-
-
 class ExplicitSolver:
-    """Velocity Verlet for one System; bit-for-bit repeatable."""
+    """Velocity Verlet for one System; bit-for-bit repeatable.
+
+    every_step : whether each step of a chunk is told
+    """
 
     COUNTS: ClassVar[tuple[str, ...]] = ("steps", "step_lengths", "starts")
 
@@ -52,25 +48,17 @@ class ExplicitSolver:
         self._system = self._phase = system
         self._drive = drive
         self._options = options
-        self._mass = np.repeat(system.mass, 3)
-        self._forces = KernelForces.of(system)
-        self._has_toe = bool((self._forces.cables.eps > 0).any())
-        signals = self._forces.signals
-        self._constant = all(isinstance(each, Constant) for each in signals)
-        values = [each(0.0) for each in signals] if self._constant else []
-        self._constant_signals = np.array(values).reshape(1, len(values), 3)
-        self._held = _held_of(drive)
-        self._fixed = all(isinstance(restraint.motion, Fixed) for restraint in drive.restraints)
-        self._no_motions = np.zeros((CHUNK + 1, 3, 3 * len(drive.restraints)))
-        self._share = np.divide(1.0, self._mass, out=np.zeros_like(self._mass), where=self._mass > 0)
-        self._share[self._held.entry] = 0.0
-        self._x, self._v, self._a = np.zeros((3, len(self._mass)))
-        self._chunk = _Chunk(0.0, 0.0, self._x, self._v, self._a)
-        self._first = Step(
-            0.0, np.zeros(0), np.zeros(0)
-        )  # of the last chunk; the ledger starts afresh at its end
+        self._kernel = Kernel(system, drive, CHUNK)
+        self._kicks = Kicks(self._kernel.forces.others, system, options.accuracy)
+        self._has_toe = bool((system.cables.eps > 0).any())
+        self._now = np.zeros((3, 3 * system.net.node_count))  # x, v, and a without that of kicks
+        self._chunk = Chunk(0.0, 0.0, self._now)
+        self._done = 0  # steps of it
+        self._slow: Slow | None = None
+        self._steps: list[Step] = []  # told of the last chunk, with shares from its begin
         self._t = 0.0
         self._strain_limit = 0.0
+        self._lengths = np.zeros(0)
         self._stable = 0.0
         self._peak = 0.0
         self._energy = self._scale = math.nan
@@ -82,7 +70,10 @@ class ExplicitSolver:
     def enter(self, phase: System, t: float, y: FloatArray, yp: FloatArray) -> None:
         """Start afresh at t in a phase."""
         self._phase, self._t = phase, t
-        self._x, self._v, self._a = y[0].ravel().copy(), y[1].ravel().copy(), yp[1].ravel().copy()
+        self._kernel.look_at_anchors()
+        self._now = np.stack((y[0].ravel(), y[1].ravel(), yp[1].ravel()))
+        if self._kicks:
+            self._now[2] -= self._kicks.start(phase.inside(t), y[0], y[1]).ravel()
         self._energy = self._energy_now()
         self._scale = abs(self._energy)
         self._gained = 0.0
@@ -93,55 +84,61 @@ class ExplicitSolver:
         """Go on in the part of the phase that begins here, where accelerations of driven axes may jump."""
         self._phase = part
         a_d = self._drive.at(part.inside(self._t))[2].ravel()
-        self._a[self._held.entry] = a_d[self._held.entry]
+        self._now[2, self._kernel.entries] = a_d[self._kernel.entries]
 
     def step(self, stop: float) -> list[Step]:
-        """Up to `CHUNK` steps towards `stop`: their end, and before it the step of a new largest tension."""
+        """Up to `CHUNK` steps towards `stop`: all, or their end and before it the step of a new largest tension."""
         begin = perf_counter()
         remaining = stop - self._t
-        count = min(1 if self.every_step else CHUNK, math.ceil(remaining / self._stable))
-        last = count * self._stable >= remaining
-        h = remaining / count if last else self._stable
-        self._chunk = _Chunk(self._t, h, self._x.copy(), self._v.copy(), self._a.copy())
-        tally = self._fly(self._x, self._v, self._a, count)
-        self._t = stop if last and tally.steps == count else self._chunk.t + tally.steps * h
-        steps = [self._end_of(tally)]
-        if tally.peak > self._peak and tally.peak_step < tally.steps:
-            self._peak = tally.peak
-            peak, rest = self._again(tally.peak_step), self._chunk.t + tally.peak_step * h
-            first = Step(rest, peak[1], peak[2], peak[0])
-            assert first.share is not None
-            steps = [first, _after(steps[0], first.share)]
-        self._first = steps[0]
+        stable = min(self._stable, self._kicks.stiffest)
+        count = min(self._longest(stable), math.ceil(remaining / stable))
+        last = count * stable >= remaining
+        h = remaining / count if last else stable
+        if self._kicks:
+            self._kicks.open(*self._places(), count * h)
+        self._chunk = Chunk(self._t, h, self._now.copy())
+        told = None
+        if self.every_step:
+            told = self._rows(count)
+        tally = self._kernel.fly(
+            self._phase,
+            (self._t, h, self._now),
+            steps=count,
+            strain_limit=self._strain_limit,
+            least_length=WOUND_IN * self._lengths if len(self._lengths) else None,
+            told=told,
+        )
+        self._done = tally.steps
+        whole = last and tally.steps == count
+        self._t = stop if whole else self._chunk.t + tally.steps * h
+        if self._kicks:
+            flown = remaining if whole else tally.steps * h
+            self._slow = self._kicks.close(self._phase.inside(self._t), *self._places(), count * h, flown)
+        inner = []
+        if told is not None:
+            inner = [
+                self._inner(k + 1, told[0][k], share_told(told[1][k], 8)) for k in range(tally.steps - 1)
+            ]
+        elif tally.peak > self._peak and tally.peak_step < tally.steps:
+            inner = [self._again(tally.peak_step)[1]]
+        self._steps = [*inner, self._end_of(tally)]
         self._peak = max(self._peak, tally.peak)
         self.counts["steps"] += tally.steps
-        self._check_energy(tally)
+        self._check_energy(self._steps[-1].share)
         if tally.steps < count or self._wasteful(tally.strain):
             self._limit_strain(tally.strain)
         self.seconds["steps"] += perf_counter() - begin
-        return steps
+        return [self._steps[0], *(after(step, former.share) for former, step in pairwise(self._steps))]
 
     def output(self, t: float) -> Step:
         """The state inside the last chunk, which is flown again up to the step that holds t."""
         begin = perf_counter()
-        t0, h = self._chunk.t, self._chunk.h
-        before = int((t - t0) / h)
-        share, (x0, v0), (_, a0) = self._again(before)
-        whole, (x1, v1), (_, a1) = self._again(before + 1)
-        s = min(max((t - t0) / h - before, 0.0), 1.0)
-        x = _hermite(s, h, x0, v0, x1, v1)
-        v = _hermite(s, h, v0, a0, v1, a1)
-        a = (1 - s) * a0 + s * a1
-        between = Share(
-            share.dissipated_energy + s * (whole.dissipated_energy - share.dissipated_energy),
-            share.external_work + s * (whole.external_work - share.external_work),
-            share.external_impulse + s * (whole.external_impulse - share.external_impulse),
-            share.peak_tension,
-        )
+        before = min(int((t - self._chunk.t) / self._chunk.h), self._done - 1)
+        first, last = self._again(before + 1)
+        inner = between(t, first, last)
         self.seconds["outputs"] += perf_counter() - begin
-        inner = Step(t, np.stack((x, v)), np.stack((v, a)), between)
-        told = self._first
-        return _after(inner, told.share) if told.share is not None and t > told.t else inner
+        told = [step.share for step in self._steps if step.t < t]  # the ledger starts afresh at each
+        return after(inner, told[-1]) if told else inner
 
     def memory(self) -> dict[str, FloatArray]:
         """What the next chunk of steps depends on, beside y."""
@@ -154,140 +151,108 @@ class ExplicitSolver:
             self._scale,
             self._gained,
         )
-        return {"v": self._v.copy(), "a": self._a.copy(), "numbers": np.array(numbers)}
+        own = {
+            "v": self._now[1].copy(),
+            "a": self._now[2].copy(),
+            "lengths": self._lengths,
+            "numbers": np.array(numbers),
+        }
+        return {**own, **(self._kicks.memory() if self._kicks else {})}
 
     def restore(self, memory: Mapping[str, FloatArray]) -> None:
         """Go on as the integrator that told this memory."""
-        self._v[:], self._a[:] = memory["v"], memory["a"]
+        self._now[1], self._now[2], self._lengths = memory["v"], memory["a"], memory["lengths"].copy()
         numbers = memory["numbers"].tolist()
         self._t, self._strain_limit, self._stable, self._peak, self._energy, self._scale, self._gained = (
             numbers
         )
+        if self._kicks:
+            self._kicks.restore(memory)
 
-    def _again(self, count: int) -> tuple[Share, FloatArray, FloatArray]:
-        """Share, (x, v) and (v, a) after `count` steps of the last chunk."""
-        x, v, a = self._chunk.x.copy(), self._chunk.v.copy(), self._chunk.a.copy()
-        if count == 0:
-            return Share(0.0, 0.0, np.zeros(3), 0.0), *_y_and_yp(x, v, a)
-        tally = self._fly(x, v, a, count)
-        return _share_of(tally), *_y_and_yp(x, v, a)
+    def _places(self) -> tuple[FloatArray, FloatArray]:
+        """Positions and velocities (n, 3), to be changed."""
+        return self._now[0].reshape(-1, 3), self._now[1].reshape(-1, 3)
 
-    def _fly(self, x: FloatArray, v: FloatArray, a: FloatArray, count: int) -> Tally:
-        """The first `count` steps of the running chunk."""
-        restraints = self._drive.restraints
-        signals, motions = self._constant_signals, self._no_motions
-        if not self._constant:
-            signals = np.empty((count + 1, len(self._forces.signals), 3))
-        if not self._fixed:
-            motions = np.empty((count + 1, 3, 3 * len(restraints)))
-        if not (self._constant and self._fixed):
-            for k in range(count + 1):
-                t = self._phase.inside(self._chunk.t + k * self._chunk.h)
-                if not self._constant:
-                    signals[k] = [signal(t) for signal in self._forces.signals]
-                for r, restraint in enumerate(() if self._fixed else restraints):
-                    motions[k, :, 3 * r : 3 * r + 3] = restraint.motion.at(t)
-        return fly(
-            x,
-            v,
-            a,
-            self._mass,
-            self._share,
-            self._forces.cords,
-            self._forces.drags,
-            self._forces.pushes,
-            self._held,
-            signals,
-            motions,
-            self._chunk.h,
-            count,
-            self._strain_limit,
-        )
+    def _longest(self, h: float) -> int:
+        """How many steps of length h a chunk may have."""
+        longest = min(CHUNK, self._kicks.longest / h)
+        if self.every_step:
+            longest = min(longest, TOLD / self._now.size)
+        return max(1, math.floor(longest))
+
+    def _rows(self, count: int) -> tuple[FloatArray, FloatArray]:
+        """Room for so many steps to be told in."""
+        return np.empty((count, *self._now.shape)), np.empty((count, 10))
+
+    def _again(self, count: int) -> tuple[Step, Step]:
+        """The step of that number in the last chunk and the one before it, or the chunk's begin."""
+        states, sums = told = self._rows(min(count, 2))
+        start = self._chunk.t, self._chunk.h, self._chunk.xva.copy()
+        self._kernel.fly(self._phase, start, steps=count, told=told)
+        last = self._inner(count, states[-1], share_told(sums[-1], 9))
+        if count == 1:
+            return self._inner(0, self._chunk.xva, NOTHING), last
+        return self._inner(count - 1, states[0], share_told(sums[0], 9)), last
+
+    def _inner(self, count: int, xva: FloatArray, share: Share) -> Step:
+        """The state (3, 3n) of the kernel after `count` steps of the last chunk, completed."""
+        s = count * self._chunk.h
+        return with_slow(step_of(self._chunk.t + s, xva, share), self._slow, s)
 
     def _end_of(self, tally: Tally) -> Step:
-        return Step(self._t, *_y_and_yp(self._x, self._v, self._a), _share_of(tally))
+        """The end of the last chunk."""
+        step = step_of(self._t, self._now, share_of(tally))
+        if self._slow is None:
+            return step
+        step.yp[1] += self._slow.a[1]
+        return step._replace(share=sum_of(step.share, self._slow.share(self._slow.H)))
 
     # The step length
 
     def _limit_strain(self, strain: float) -> None:
         """Set the strain limit well above `strain`, a power of two, and the step length that is stable below it."""
-        floor = 0.25 * float(self._forces.cables.eps.max()) or 1e-2
+        floor = 0.25 * float(self._system.cables.eps.max()) or 1e-2
         limit = floor * 2.0 ** max(0, math.ceil(math.log2(max(2.0 * strain, floor) / floor)))
-        if limit != self._strain_limit:
-            self._strain_limit = limit
+        lengths = reeled_lengths(self._system, self._places()[0])
+        if limit != self._strain_limit or not np.array_equal(lengths, self._lengths):
+            self._strain_limit, self._lengths = limit, lengths
             self._stable = self._step_length(limit)
             self.counts["step_lengths"] += 1
 
     def _wasteful(self, strain: float) -> bool:
-        """Whether the limit lies far above what is needed."""
-        return self._has_toe and self._strain_limit > 16.0 * max(strain, 0.0)
+        """Whether the limits lie far from what is needed."""
+        if self._has_toe and self._strain_limit > 16.0 * max(strain, 0.0):
+            return True
+        if not len(self._lengths):
+            return False
+        now = reeled_lengths(self._system, self._places()[0]) / self._lengths
+        return bool(now.min() < 0.5 * (1 + WOUND_IN) or now.min() > 2.0)
 
     def _step_length(self, strain: float) -> float:
         """The stable step while no strain passes `strain`, times the share that the accuracy takes."""
-        stable = FRACTIONS[self._options.accuracy] * stable_step(self._system, strain)
+        x, _ = self._places()
+        stable = FRACTIONS[self._options.accuracy] * stable_step(self._system, strain, x=x)
         longest = self._options.max_step or math.inf
         return min(stable, longest) if math.isfinite(min(stable, longest)) else UNBOUND
 
     # Energy
 
     def _energy_now(self) -> float:
-        x, v = self._x.reshape(-1, 3), self._v.reshape(-1, 3)
+        x, v = self._places()
         return self._system.kinetic_energy(v) + self._system.elastic_energy(x)
 
-    def _check_energy(self, tally: Tally) -> None:
+    def _check_energy(self, share: Share | None) -> None:
         """Raise RunError where energy has come out of nothing, as it does in a step that is too long."""
+        assert share is not None
         energy = self._energy_now()
-        self._gained += tally.work - tally.dissipated
+        self._gained += share.external_work - share.dissipated_energy
         self._scale = max(self._scale, energy, abs(self._gained))
         excess = energy - self._energy - self._gained
         if not excess <= UNSTABLE * self._scale:
-            speed = np.linalg.norm(self._v.reshape(-1, 3), axis=1)
+            speed = np.linalg.norm(self._places()[1], axis=1)
             node = int(np.argmax(np.where(np.isfinite(speed), speed, np.inf)))
             raise RunError(
                 f"the run failed at t = {self._t:.9g} s: its energy rose by {excess:.3g} J out of nothing, the "
                 f"explicit step of {self._chunk.h:.3g} s is too long; worst is node {node} with {speed[node]:.3g} m/s. "
                 "Try a smaller max_step, or method = 'ida'"
             )
-
-
-def _held_of(drive: Drive) -> Held:
-    entry, motion = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
-    for r, (nodes, axes) in enumerate(drive.places):
-        entry.append((3 * nodes + axes).ravel())
-        motion.append(np.broadcast_to(3 * r + axes, (len(nodes), axes.size)).ravel())
-    entries = np.concatenate(entry)
-    return Held(entries, drive.anchor.ravel()[entries], np.concatenate(motion))
-
-
-def _y_and_yp(x: FloatArray, v: FloatArray, a: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """(x, v) and (v, a), (2, n, 3), of the flat arrays: two views of one copy."""
-    whole = np.empty((3, len(x) // 3, 3))
-    flat = whole.reshape(3, -1)
-    flat[0], flat[1], flat[2] = x, v, a
-    return whole[:2], whole[1:]
-
-
-def _share_of(tally: Tally) -> Share:
-    return Share(tally.dissipated, tally.work, np.array([tally.px, tally.py, tally.pz]), tally.peak)
-
-
-def _after(step: Step, first: Share) -> Step:
-    """A step whose share starts where another one's ends."""
-    assert step.share is not None
-    whole = step.share
-    return step._replace(
-        share=Share(
-            whole.dissipated_energy - first.dissipated_energy,
-            whole.external_work - first.external_work,
-            whole.external_impulse - first.external_impulse,
-            whole.peak_tension,
-        )
-    )
-
-
-def _hermite(
-    s: float, h: float, x0: FloatArray, v0: FloatArray, x1: FloatArray, v1: FloatArray
-) -> FloatArray:
-    """Cubic through (x0, v0) and (x1, v1) at the share s of a step of length h."""
-    r = 1 - s
-    return r * r * (1 + 2 * s) * x0 + s * s * (3 - 2 * s) * x1 + h * s * r * (r * v0 - s * v1)

@@ -1,4 +1,4 @@
-"""Forces of a system as arrays for the kernel of `verlet`."""
+"""Forces of a system as arrays for the kernel of `verlet`, and those that are left for kicks between its chunks."""
 
 from __future__ import annotations
 
@@ -6,68 +6,141 @@ from typing import NamedTuple
 
 import numpy as np
 
-from netdae.errors import InputError
+from netdae._arrays import BoolArray, FloatArray, IntArray
+from netdae.forces.brake import Brake, EndStop
 from netdae.forces.cables import Cables
 from netdae.forces.loads import UniformLoad
+from netdae.forces.protocol import Force
 from netdae.forces.rayleigh import MassDamping, StiffnessDamping
+from netdae.forces.reel import Reeled
+from netdae.kernel_cables import Cords, Drags
+from netdae.kernel_reels import Brakes, Drums, Reels, Stops
 from netdae.signals import Signal
 from netdae.system import System
-from netdae.verlet import Cords, Drags, Pushes
+from netdae.verlet import Forces, Pushes
 
 
 class KernelForces(NamedTuple):
-    """Forces of a system: cords, drags and pushes as the kernel takes them.
+    """Forces of a system: those that the kernel knows, as it takes them, and `others`.
 
-    cables : the force that the cords are made of
     signals : of the pushes, in the order of their numbers there
     """
 
-    cables: Cables
     cords: Cords
     drags: Drags
     pushes: Pushes
-    signals: list[Signal]
+    reels: Reels
+    drums: Drums
+    signals: tuple[Signal, ...]
+    others: tuple[Force, ...]
 
     @classmethod
     def of(cls, system: System) -> KernelForces:
-        """The forces of a system; raises InputError for a force that the kernel does not know."""
+        """The forces of a system."""
         drags = Drags(np.zeros((0, 2), dtype=np.int64), np.zeros((0, 6)), np.zeros(0))
-        node, weight, signal = [], [], []
-        signals: list[Signal] = []
+        loads, reeled, brakes, stops, others = [], [], [], [], []
         for force in system.forces:
-            if isinstance(force, Cables):
-                cables = force
-            elif isinstance(force, StiffnessDamping):
-                upper = force.viscosity[:, *np.triu_indices(3)]
-                drags = drags._replace(ends=3 * force.nodes, viscosity=np.ascontiguousarray(upper))
-            elif isinstance(force, MassDamping):
-                drags = drags._replace(alpha=np.repeat(force.viscosity, 3))
-            elif isinstance(force, UniformLoad):
-                node.append(3 * force.nodes[:, 0])
-                weight.append(force.weight)
-                signal.append(np.full(len(force.nodes), len(signals)))
-                signals.append(force.signal)
-            else:
-                raise InputError(
-                    f"the explicit method does not know the force {type(force).__name__}: fly it with method = 'ida'"
-                )
-        L = cables.L
-        plain = not ((cables.eps > 0).any() or cables.engineering.any())
-        cords = Cords(
-            3 * cables.nodes,
-            L**2,
-            cables.EA / (2 * L**3),
-            cables.tau * cables.EA / L**3,
-            cables.EA,
-            cables.eps,
-            cables.engineering,
-            cables.tau,
-            plain,
+            match force:
+                case Cables():
+                    cords = _cords_of(force)
+                case StiffnessDamping():
+                    upper = force.viscosity[:, *np.triu_indices(3)]
+                    drags = drags._replace(ends=3 * force.nodes, viscosity=np.ascontiguousarray(upper))
+                case MassDamping():
+                    drags = drags._replace(alpha=np.repeat(force.viscosity, 3))
+                case UniformLoad():
+                    loads.append(force)
+                case Reeled():
+                    reeled.append(force)
+                case Brake():
+                    brakes.append(force)
+                case EndStop():
+                    stops.append(force)
+                case _:
+                    others.append(force)
+        return cls(
+            cords,
+            drags,
+            _pushes_of(loads, system.in_space),
+            _reels_of(reeled),
+            _drums_of(brakes, stops),
+            tuple(load.signal for load in loads),
+            tuple(others),
         )
-        empty = [np.zeros(0, dtype=np.int64)]
-        pushes = Pushes(
-            np.concatenate(node or empty),
-            np.concatenate(weight or [np.zeros(0)]),
-            np.concatenate(signal or empty),
-        )
-        return cls(cables, cords, drags, pushes, signals)
+
+    def down_to(self, least: FloatArray) -> Forces:
+        """What the kernel takes; it ends where a rest length on a reel falls below `least` (m,), m."""
+        return Forces(self.cords, self.drags, self.pushes, self.reels._replace(least=least), self.drums)
+
+
+def _cords_of(cables: Cables) -> Cords:
+    L, EA, tau, eps = (_floats([each]) for each in (cables.L, cables.EA, cables.tau, cables.eps))
+    engineering = _flags([cables.engineering])
+    plain = not ((eps > 0).any() or engineering.any())
+    viscous = tau * EA / L**3
+    return Cords(3 * cables.nodes, L**2, EA / (2 * L**3), viscous, EA, eps, engineering, tau, plain)
+
+
+def _pushes_of(loads: list[UniformLoad], in_space: BoolArray) -> Pushes:
+    groups = []
+    for number, load in enumerate(loads):
+        there = in_space[load.nodes[:, 0]]
+        for chosen, flag in ((there, True), (~there, False)):
+            if chosen.any():
+                groups.append((load.nodes[chosen, 0], load.weight[chosen], number, flag))
+    counts = [len(nodes) for nodes, _, _, _ in groups]
+    return Pushes(
+        _entries([nodes for nodes, _, _, _ in groups]),
+        _floats([weight for _, weight, _, _ in groups]),
+        np.repeat(np.array([number for _, _, number, _ in groups], dtype=np.int64), counts),
+        np.cumsum([0, *counts]),
+        _floats([weight.sum(keepdims=True) for _, weight, _, _ in groups]),
+        _flags([np.array([flag]) for _, _, _, flag in groups]),
+    )
+
+
+def _reels_of(reeled: list[Reeled]) -> Reels:
+    L = _floats([each.L for each in reeled])
+    return Reels(
+        _entries([each.nodes for each in reeled], 3),
+        L,
+        _floats([each.share for each in reeled]),
+        _floats([each.EA for each in reeled]),
+        _floats([each.eps for each in reeled]),
+        _flags([each.engineering for each in reeled]),
+        _floats([each.tau for each in reeled]),
+        np.zeros(len(L)),
+    )
+
+
+def _drums_of(brakes: list[Brake], stops: list[EndStop]) -> Drums:
+    of_brakes = Brakes(
+        _entries([each.nodes[:, 0] for each in brakes]),
+        _floats([each.friction for each in brakes]),
+        _floats([each.creep_speed for each in brakes]),
+        _floats([each.viscosity for each in brakes]),
+        _flags([each.ratchet for each in brakes]),
+    )
+    of_stops = Stops(
+        _entries([each.nodes[:, 0] for each in stops]),
+        _floats([each.place for each in stops]),
+        _floats([each.side for each in stops]),
+        _floats([each.stiffness for each in stops]),
+        _floats([each.viscosity for each in stops]),
+    )
+    return Drums(np.unique(np.concatenate((of_brakes.entry, of_stops.entry))), of_brakes, of_stops)
+
+
+# always fresh arrays of one layout, so that the kernel is compiled once
+
+
+def _entries(nodes: list[IntArray], *k: int) -> IntArray:
+    return 3 * np.concatenate((np.zeros((0, *k), dtype=np.int64), *nodes))
+
+
+def _floats(parts: list[FloatArray]) -> FloatArray:
+    return np.concatenate((np.zeros(0), *parts))
+
+
+def _flags(parts: list[BoolArray]) -> BoolArray:
+    return np.concatenate((np.zeros(0, dtype=np.bool_), *parts))

@@ -10,27 +10,87 @@ the cables of i. Then each cable with its two shares is stable if, with sums ove
 
 a quadratic in h for every cable, whatever its direction. In straight nets it is √2 below the true limit.
 k = EĀ/L̄ (g′λ² + g)/E is taken at a strain that no cable passes. With a toe k falls with it, and h grows.
+
+A reeled cable also pulls its drum, by σλ times what it pulls its ends, and has a share of the drum's mass too: with
+the sums over the cables on the drum r there stands one more term, Σᵣ σ²λ² (h² k + 2 h c)/m_r. k and c are taken at
+`WOUND_IN` times the rest length that there is. Stops of drums are as stiff as its cables together, and count with them;
+their dampers, and brakes, are taken at the velocity after the kick (see `kernel_reels`) and are no bound.
+
+Forces that the kernel does not know have bounds of their own, see `kicks`.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 
-from netdae._arrays import FloatArray
-from netdae.forces.cables import law_of
+from netdae._arrays import FloatArray, IntArray
+from netdae.forces.brake import EndStop
+from netdae.forces.cables import Cables, law_of
+from netdae.forces.protocol import Force
 from netdae.forces.rayleigh import MassDamping, StiffnessDamping
+from netdae.forces.reel import Reeled
 from netdae.system import System
 
+WOUND_IN = 0.8
+"""Share of its rest length to which a reel may wind in a cable before the step is looked at again."""
 
-def stable_step(system: System, strain: float, *, damped: bool = True) -> float:
+
+def stable_step(system: System, strain: float, *, damped: bool = True, x: FloatArray | None = None) -> float:
     """Largest stable h in s while no E11 passes `strain`; infinite where nothing moves.
 
     damped : False for the step that the net would have without its damping
+    x : (n, 3), m, where the drums of reels are; at s = 0 by default
     """
-    cables = system.cables
-    stiffening, softening = np.empty((2, len(cables.L)))
+    families = list(_families(system, strain, np.zeros_like(system.net.nodes) if x is None else x))
+    total = np.zeros((2, system.net.node_count))
+    for family in families:
+        for sums, of_node in zip(total, family.of_nodes, strict=True):
+            np.add.at(sums, family.nodes, of_node)
+    moving = ~system.restrained.all(axis=1) & (system.mass > 0)
+    K, C = np.divide(total, system.mass, out=np.zeros_like(total), where=moving)
+    alpha = max((_alpha_of(force, system) for force in system.forces), default=0.0)
+    least = math.inf
+    for family in families:
+        A, B = (sums[family.nodes].sum(axis=1) for sums in (K, C))
+        B = B + alpha if damped else np.zeros_like(B)
+        A, B = A[A > 0], B[A > 0]
+        h = 4 / (B + np.sqrt(B**2 + 4 * A))  # the root of A h² + 2 B h = 4
+        least = min(least, float(h.min(initial=math.inf)))
+    return least
+
+
+class _Family(NamedTuple):
+    """Elements: their nodes (m, k), and k and c with which each counts at each node, (2, m, k)."""
+
+    nodes: IntArray
+    of_nodes: FloatArray
+
+
+def _families(system: System, strain: float, x: FloatArray) -> Iterator[_Family]:
+    for force in system.forces:
+        match force:
+            case Cables():
+                of_cable = _along(force, force.L, strain)
+                yield _Family(force.nodes, np.stack((of_cable, of_cable), axis=-1))
+            case Reeled():
+                of_cable = _along(force, WOUND_IN * _lengths_of(force, x), strain)
+                on_drum = force.share**2 * (1 + 2 * strain) * of_cable
+                yield _Family(force.nodes, np.stack((of_cable, of_cable, on_drum), axis=-1))
+            case EndStop():
+                yield _Family(force.nodes, np.stack((force.stiffness, 0 * force.stiffness))[..., None])
+            case StiffnessDamping():
+                c = np.trace(force.viscosity, axis1=1, axis2=2)
+                of_cable = np.stack((0 * c, c))
+                yield _Family(force.nodes, np.stack((of_cable, of_cable), axis=-1))
+
+
+def _along(cables: Cables | Reeled, L: FloatArray, strain: float) -> FloatArray:
+    """k in N/m and c in N s/m of cables of the rest lengths L (m,) along themselves, (2, m)."""
+    stiffening, softening = np.empty((2, len(L)))
     for eps, engineering in {
         (float(e), bool(g)) for e, g in zip(cables.eps, cables.engineering, strict=True)
     }:
@@ -38,30 +98,25 @@ def stable_step(system: System, strain: float, *, damped: bool = True) -> float:
         of_law = (cables.eps == eps) & (cables.engineering == engineering)
         softening[of_law] = dg * (1 + 2 * strain)
         stiffening[of_law] = dg * (1 + 2 * strain) + g
-    k = cables.EA / cables.L * stiffening
-    c, alpha = np.zeros_like(k), 0.0
-    if damped:
-        c += cables.tau * cables.EA / cables.L * softening
-        for force in system.forces:
-            if isinstance(force, StiffnessDamping):
-                c += np.trace(force.viscosity, axis1=1, axis2=2)
-            elif isinstance(force, MassDamping):
-                alpha = float((force.viscosity[system.mass > 0] / system.mass[system.mass > 0]).max())
-    K, C = (_over_mass(system, of_cable) for of_cable in (k, c))
-    i, j = cables.nodes.T
-    A, B = K[i] + K[j], C[i] + C[j] + alpha
-    moving = A > 0
-    if not moving.any():
-        return math.inf
-    return float((4 / (B + np.sqrt(B**2 + 4 * A)))[moving].min())  # the root of A h² + 2 B h = 4
+    return cables.EA / L * np.stack((stiffening, cables.tau * softening))
 
 
-def _over_mass(system: System, of_cable: FloatArray) -> FloatArray:
-    """Sums over the cables of each node, over its mass; zero for nodes that cannot move, (n,)."""
-    total = np.zeros(system.net.node_count)
-    np.add.at(total, system.cables.nodes, of_cable[:, None])
-    moving = ~system.restrained.all(axis=1) & (system.mass > 0)
-    return np.divide(total, system.mass, out=np.zeros_like(total), where=moving)
+def _alpha_of(force: Force, system: System) -> float:
+    """Largest α in 1/s."""
+    if not isinstance(force, MassDamping):
+        return 0.0
+    mass = system.mass[force.nodes[:, 0]]
+    return float(np.divide(force.viscosity, mass, out=np.zeros_like(mass), where=mass > 0).max())
+
+
+def reeled_lengths(system: System, x: FloatArray) -> FloatArray:
+    """Rest lengths (m,) in m of all cables on reels where x (n, 3) are the positions; raises RunError below zero."""
+    lengths = [_lengths_of(force, x) for force in system.forces if isinstance(force, Reeled)]
+    return np.concatenate((np.zeros(0), *lengths))
+
+
+def _lengths_of(reeled: Reeled, x: FloatArray) -> FloatArray:
+    return reeled.rest_length(0.0, x[reeled.nodes])
 
 
 SHORTENED = 20.0

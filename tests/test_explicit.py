@@ -12,9 +12,7 @@ from netdae.damping import Dashpot, NoDamping, Rayleigh
 from netdae.errors import InputError, RunError
 from netdae.explicit import CHUNK, ExplicitSolver
 from netdae.flight import simulate
-from netdae.forces.cables import Cables
 from netdae.forces.loads import Gravity, NodalLoad
-from netdae.forces.protocol import Account, Tangent
 from netdae.linear_solver import full_jacobian
 from netdae.material import Material
 from netdae.motions import FunctionMotion, TableMotion
@@ -239,28 +237,11 @@ def test_a_toe_lengthens_the_step_while_tensions_are_low():
     assert flight.statistics["step_lengths"] > 1
 
 
-def test_forces_it_does_not_know_and_tolerances_are_refused():
-    class Odd:
-        nodes = np.array([[0]])
-        newton, jumps, kinks, external = "nothing", (), (), True
-
-        def force(self, t, x, v):
-            return np.zeros((1, 1, 3))
-
-        def tangent(self, t, x, v):
-            return Tangent.none(1)
-
-        def account(self, t, x, v):
-            return Account()
-
-    system = System(line(2), SOFT, damping=NoDamping(), forces=[Odd()])
-    with pytest.raises(InputError, match=r"does not know the force Odd.*'ida'"):
-        simulate(system, State.at(system.net.nodes), [0.0, 0.1], options=EXPLICIT)
+def test_tolerances_and_unknown_methods_are_refused():
     with pytest.raises(InputError, match="rtol says nothing to the explicit method"):
         SolverOptions(method="explicit", rtol=1e-5)
     with pytest.raises(InputError, match="choose one of ida, explicit, cvode_bdf"):
         SolverOptions(method="euler")
-    assert any(isinstance(force, Cables) for force in system.forces)
 
 
 @pytest.mark.parametrize(

@@ -274,7 +274,7 @@ def test_a_driven_reel_that_winds_in_too_far_is_told():
     with pytest.raises(
         RunError, match=r"nodes 4 and 5 has the rest length -0.01 m, wound in by the reel at node 9"
     ):
-        force.force(0.5, x, x)
+        force.account(0.5, x, x)
 
 
 def test_a_free_reel_stops_at_a_tenth_of_its_cable():

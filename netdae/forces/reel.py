@@ -63,7 +63,7 @@ def _strain_and_rate(x: FloatArray, v: FloatArray, L: float, share: float) -> tu
 
 
 @njit(cache=True)
-def _forces(
+def reeled_forces(
     x: FloatArray,
     v: FloatArray,
     L: FloatArray,
@@ -159,6 +159,10 @@ def _account(
     return stored, dissipated
 
 
+SHORTEST = 1e-3
+"""Share of L̄₀ below which forces take no rest length; `account`, asked of steps that count, refuses one below zero."""
+
+
 @dataclass(frozen=True, eq=False)
 class Reeled:
     """Cables whose rest length moves with a reel, k = 3: cable end i, cable end j, reel node r.
@@ -194,15 +198,21 @@ class Reeled:
             )
         return L
 
+    def _tried(self, x: FloatArray) -> FloatArray:
+        """L̄(s) (m,), m; above zero also where a trial of Newton's iteration lies far beyond a stop."""
+        L = np.empty(len(x))
+        _rest_lengths(x, self.L, self.share, L)
+        return np.maximum(L, SHORTEST * self.L)
+
     def force(self, t: float, x: FloatArray, v: FloatArray) -> FloatArray:
         """Pull on both ends and, along x of the reel node, the force on s, (m, 3, 3), N."""
         f = np.empty_like(x)
-        _forces(x, v, self.rest_length(t, x), *self._cords, f)
+        reeled_forces(x, v, self._tried(x), *self._cords, f)
         return f
 
     def tangent(self, t: float, x: FloatArray, v: FloatArray) -> Tangent:
         """∂f/∂x and ∂f/∂v of the taut cables."""
-        L = self.rest_length(t, x)
+        L = self._tried(x)
         taut = np.flatnonzero(np.sum((x[:, 1] - x[:, 0]) ** 2, axis=1) >= L * L)
         K, C = np.empty((2, len(taut), 3, 3, 3, 3))
         _tangents(x, v, taut, L, *self._cords, K, C)

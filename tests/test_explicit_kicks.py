@@ -1,0 +1,188 @@
+"""Forces that the explicit kernel does not know: given as kicks between chunks, they keep its order and its books."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from conftest import random_net, random_velocities
+
+from netdae.damping import Dashpot, NoDamping
+from netdae.flight import simulate
+from netdae.forces.air import AirDrag
+from netdae.forces.drag import BodyDrag
+from netdae.forces.loads import Gravity
+from netdae.forces.orbit import Orbit
+from netdae.forces.protocol import Account, Tangent
+from netdae.material import Material
+from netdae.net import CableNet
+from netdae.options import SolverOptions
+from netdae.restraints import Restraint
+from netdae.state import State
+from netdae.system import System
+
+CORD = Material(youngs_modulus=1e6, density=1000.0, diameter=2e-2)
+SHARP = SolverOptions(rtol=1e-10, atol_position=1e-12, atol_velocity=1e-10)
+
+
+def explicit(**more):
+    return SolverOptions(method="explicit", **more)
+
+
+def pair(**more):
+    """Two masses of 1 kg on a cord of 20 m that stays slack."""
+    net = CableNet([(0, 0, 0), (1, 0, 0)], [(0, 1)], rest_length=[20.0], node_groups={"a": [0], "b": [1]})
+    return System(net, CORD, masses={"all": 1.0}, damping=NoDamping(), **more)
+
+
+def orbiting(n, x0, v0, t):
+    """Free flight by Clohessy and Wiltshire, (3,), m (their closed form, in the frame of `forces.orbit`)."""
+    (x, y, z), (vx, vy, vz), s, c = x0, v0, np.sin(n * t), np.cos(n * t)
+    return np.array(
+        [
+            (4 - 3 * c) * x + s / n * vx + 2 / n * (1 - c) * vy,
+            6 * (s - n * t) * x + y - 2 / n * (1 - c) * vx + (4 * s - 3 * n * t) / n * vy,
+            c * z + s / n * vz,
+        ]
+    )
+
+
+def test_free_masses_in_orbit_follow_the_closed_form_with_the_square_of_the_chunk():
+    n, end = 0.01, 50.0
+    system = pair(loads=[Orbit(n)])
+    v = np.array([[0.0, 0.01, 0.005], [0.0, 0.009, -0.002]])
+    start = State.at(system.net.nodes, v)
+    errors, steps = [], [0.8 / 128, 0.4 / 128, 0.2 / 128]
+    for h in steps:
+        flight = simulate(system, start, [0.0, 0.37 * end, end], options=explicit(max_step=h))
+        exact = [[orbiting(n, start.x[k], v[k], t) for k in (0, 1)] for t in flight.times]
+        errors.append(np.abs(flight.positions - exact).max(axis=(1, 2))[1:])  # inside a chunk and at an end
+    slopes = np.polyfit(np.log(steps), np.log(errors), 1)[0]
+    np.testing.assert_allclose(slopes, 2.0, atol=0.1)  # the next term is of H⁴
+    assert errors[0][-1] < 1e-4  # of a way of 2 m: (n H)² = 6e-5 of it
+
+
+LOADS = {
+    "orbit": [Orbit(0.3)],
+    "air": [AirDrag(density=20.0, wind=lambda t: [3.0 * np.sin(5 * t), 1.0, 0.0])],
+    "all": [Orbit(0.3), AirDrag(density=20.0), BodyDrag("few", 0.02, 20.0, 0.5), Gravity([0, 0, -9.81])],
+}
+
+
+def flown(loads, options, *, restraints=(), times=(0.0, 0.021, 0.05)):
+    net = random_net(3)
+    system = System(net, CORD, damping=Dashpot(viscosity_time=1e-3), loads=loads, restraints=restraints)
+    start = State.at(net.nodes, random_velocities(net, 3) * ~system.restrained)
+    return system, simulate(system, start, times, options=options)
+
+
+@pytest.mark.parametrize("name", LOADS)
+def test_nets_fly_and_book_as_ida_does(name):
+    """Also where a frame lies inside a chunk, and where some axes are held."""
+    held = [Restraint("one", "xz")]
+    _, sharp = flown(LOADS[name], SHARP, restraints=held)
+    errors = []
+    for h in (2e-5, 1e-5):
+        _, flight = flown(LOADS[name], explicit(max_step=h), restraints=held)
+        errors.append(
+            [
+                np.abs(flight.positions - sharp.positions).max(),
+                np.abs(flight.velocities - sharp.velocities).max(),
+                np.abs(flight.dissipated_energy - sharp.dissipated_energy).max(),
+                np.abs(flight.external_work - sharp.external_work).max(),
+                np.abs(flight.external_impulse - sharp.external_impulse).max(),
+                np.abs(flight.external_angular_impulse - sharp.external_angular_impulse).max(),
+            ]
+        )
+    # of 5 cm of way, 1 m/s, 2.6 J lost, 0.1 to 6 J of work, 6 N s and N m s; measured 6e-6, 4e-4, 6e-4, 5e-3 and 2e-4:
+    # the dashpot is of the first order in h, and works of a wind that changes from chunk to chunk of the second in H
+    assert (np.array(errors[0]) < [3e-5, 2e-3, 3e-3, 1e-2, 1e-3, 1e-3]).all()
+    assert (np.array(errors[1]) < 0.6 * np.array(errors[0])).all()
+
+
+def test_momentum_and_angular_momentum_of_a_free_net_are_those_that_are_booked():
+    system, flight = flown(LOADS["all"], explicit())
+    first, last = flight[0], flight[-1]
+    got = system.momentum(last.v) - system.momentum(first.v)
+    turned = system.angular_momentum(last.x, last.v) - system.angular_momentum(first.x, first.v)
+    assert np.abs(turned).max() > 1.0  # N m s
+    # round-off of some thousand steps at 1e-16 of 20 N s
+    np.testing.assert_allclose(last.books.external_impulse, got, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(last.books.external_angular_impulse, turned, rtol=0, atol=1e-12)
+
+
+class Springs:
+    """A force of one's own: springs k from nodes to the origin with dampers c, k = 1."""
+
+    jumps, kinks, external = (), (), True
+
+    def __init__(self, nodes, k, c, newton):
+        self.nodes, self.k, self.c, self.newton = np.array(nodes)[:, None], k, c, newton
+
+    def force(self, t, x, v):
+        return -self.k * x - self.c * v
+
+    def tangent(self, t, x, v):
+        unit = np.broadcast_to(np.eye(3)[None, None, :, None, :], (len(x), 1, 3, 1, 3))
+        return Tangent.of_all(-self.k * unit, -self.c * unit)
+
+    def account(self, t, x, v):
+        lost = self.c * np.vdot(v, v)
+        return Account(0.5 * self.k * np.vdot(x, x), lost, 0.0)
+
+
+@pytest.mark.parametrize(("k", "newton"), [(0.5, "nothing"), (5e4, "nothing"), (5e4, "symmetric")])
+def test_a_force_of_ones_own_flies_whether_it_is_soft_or_stiff(k, newton):
+    """m ẍ + c ẋ + k x = 0 as in textbooks; a stiff one takes steps of its own."""
+    c, end = 0.1 * np.sqrt(k), 3.0 / np.sqrt(k)
+    system = pair(forces=[Springs([1], k, c, newton)])
+    start = State.at(system.net.nodes)
+    m = system.mass[1]
+    zeta = c / (2 * np.sqrt(k * m))
+    omega = np.sqrt(k / m * (1 - zeta**2))
+    decay = np.exp(-c * end / (2 * m))
+    exact = decay * (np.cos(omega * end) + zeta / np.sqrt(1 - zeta**2) * np.sin(omega * end))
+    errors = []
+    for accuracy in ("standard", "accurate"):
+        options = explicit(accuracy=accuracy, max_step=1e-3)
+        flight = simulate(system, start, [0.0, end], options=options)
+        errors.append(abs(flight[-1].x[1, 0] - exact))
+        books = flight[-1].books
+        # what the spring stores is work from outside, and what its damper takes is lost
+        kinetic = system.kinetic_energy(flight[-1].v)
+        assert books.external_work - books.dissipated_energy == pytest.approx(kinetic, abs=1e-12 * k)
+        stored = 0.5 * k * (1 - exact**2)
+        assert books.external_work == pytest.approx(stored, abs=1e-2 * k)
+    # stiff: steps of 0.2 over the rate, 0.2²/24 of 3 rad; soft: chunks of 0.02 and 0.002 over it
+    assert errors[0] < (5e-3 if k > 1 else 1e-4)
+    assert k > 1 or errors[1] < 0.1 * errors[0]
+
+
+def test_a_driven_node_takes_no_kick_and_its_reaction_answers():
+    system, flight = flown([Orbit(0.3)], explicit(), restraints=[Restraint("one")])
+    assert (flight.positions[:, 0] == flight.positions[0, 0]).all()
+    first, last = flight[0], flight[-1]
+    got = system.momentum(last.v) - system.momentum(first.v)
+    # reactions are summed by the trapezoidal rule, momentum by half kicks: O(h) apart at the ends
+    np.testing.assert_allclose(last.books.external_impulse, got, rtol=0, atol=1e-3 * np.abs(got).max())
+
+
+class Wall(Springs):
+    """A stiff spring that pushes where x is below zero, of which Newton's matrix takes its part."""
+
+    def force(self, t, x, v):
+        return np.where([True, False, False], -self.k * np.minimum(x, 0.0), 0.0)
+
+    def tangent(self, t, x, v):
+        return Tangent.of_all(
+            *(np.where(x < 0, 1.0, 0.0)[0, 0, 0] * part for part in super().tangent(t, x, v)[1:])
+        )
+
+
+def test_a_wall_that_is_met_in_flight_throws_a_mass_back_with_its_speed():
+    """The force is nothing until the mass is there, which is after many chunks, and soon stiff."""
+    system = pair(forces=[Wall([1], 1e6, 0.0, "symmetric")])
+    start = State.at(system.net.nodes, [[0, 0, 0], [-5.0, 0, 0]])
+    flight = simulate(system, start, [0.0, 0.19, 0.4], options=explicit(max_step=1e-3))
+    np.testing.assert_allclose(flight[1].v[1], [-5, 0, 0], rtol=1e-12, atol=0)
+    # in half a period, 6 ms, of which a step is at first a sixth, and then 0.2/ω = 0.4 ms
+    np.testing.assert_allclose(flight[2].v[1], [5, 0, 0], rtol=0.05, atol=0)
