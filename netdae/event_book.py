@@ -74,19 +74,25 @@ class EventBook:
     ) -> None:
         check_names(events)
         self._scene = Scene(system, events, mouth=mouth, corners=corners)
-        self._watches: tuple[Watch, ...] = tuple(
-            (Largest if event.figure == "largest_mouth_area" else Crossing)(event, self._scene)
-            for event in events
-        )
+        self._events = tuple(events)
+        self._watches = self._fresh()
         self._lines: list[_Line] = []
         self._together: list[int] = []  # numbers of events that happen with the one that was noted last
         self._step: tuple[State, StateAt] | None = None  # beginning of the step that was asked for last
 
     def begin(self, start: State) -> None:
-        """Take in the first state of the flight, from which distances count; not after `restore`."""
+        """Begin a flight at its first state, from which distances count; not after `restore`."""
         self._scene.begin(start)
+        self._watches, self._lines, self._after_firing = self._fresh(), [], False
         for watch in self._watches:
             watch.begin(start)
+
+    def _fresh(self) -> tuple[Watch, ...]:
+        """A watch for each event, none of which has happened."""
+        return tuple(
+            (Largest if event.figure == "largest_mouth_area" else Crossing)(event, self._scene)
+            for event in self._events
+        )
 
     def first(self, last: State, step: State, state_at: StateAt) -> Firing | None:
         """The earliest event in the step from `last` to `step`, or None, after which the step is behind.

@@ -26,8 +26,8 @@ FigureName = Literal[
     "all_slack",
     "tension_over_strength",
 ]
-ActionName = Literal["none", "stop", "lock_tether", "next_phase"]
-Need = Literal["mouth", "corners", "tether", "chaser", "strength"]
+ActionName = Literal["none", "stop", "start_closing", "lock_tether", "next_phase"]
+Need = Literal["mouth", "corners", "tether", "chaser", "strength", "closing"]
 
 NEEDS: Mapping[Need, str] = {
     "mouth": "a mouth: name the group of its closed loop, in [metrics] as mouth",
@@ -35,6 +35,7 @@ NEEDS: Mapping[Need, str] = {
     "tether": "a tether: add [tether], or a cable group of that name",
     "chaser": "a chaser at the end of a tether: add [tether], or a node group of that name",
     "strength": "a cord with a strength: give it to a [[material]]",
+    "closing": "what closes it: add [[closing]] without begin",
 }
 """What a net has to have for a figure or an action."""
 
@@ -136,6 +137,7 @@ class Action(NamedTuple):
 ACTIONS: Mapping[ActionName, Action] = {
     "none": Action("the event is recorded"),
     "stop": Action("the flight ends"),
+    "start_closing": Action("winches and drawcords without a begin of their own start", "closing"),
     "lock_tether": Action("the tether is paid out no further", "tether"),
     "next_phase": Action("the integration starts afresh"),
 }

@@ -12,12 +12,20 @@ a system of 3n unknowns. On restrained axes c both rows are algebraic, x − x_d
 for which the rows and columns of c are zeroed in K, with 1 + c_j² M on the diagonal (of the size of its neighbours).
 K takes the symmetric parts of T and D, so that one LDLᵀ serves; what is left out slows Newton's iteration
 but does not change its result. Negative pivots are accepted: gravity gradients and contact bring them.
+
+A cord through many rings couples all of them, which would fill the factor. Its tangents are dyads beside a chain of
+blocks: T and D lose Σ p ⊗ q_T and Σ p ⊗ q_D. With P (3n, r) the p as columns, zeroed on restrained axes, Q those of
+q_T + c_j q_D and A the matrix of the blocks alone, Woodbury's formula is exact (Sherman and Morrison's for r = 1):
+
+    K = A − P Qᵀ,       K⁻¹ b = y + Z (I − Qᵀ Z)⁻¹ Qᵀ y  with  y = A⁻¹ b,  Z = A⁻¹ P:
+
+r more solves at a setup, and none beside y at a solve. Dyads may be unsymmetric: nothing of them is left out.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol
+from typing import Protocol, cast
 
 import numpy as np
 from numba import njit
@@ -26,6 +34,8 @@ from scipy import sparse
 from netdae._arrays import BoolArray, FloatArray, IntArray
 from netdae.assembly import BlockPattern, add_symmetric_product, assembled, blocks_present, newton_blocks
 from netdae.block_ldl import BlockLdl
+from netdae.errors import RunError
+from netdae.forces.protocol import LinkedForce
 from netdae.system import System
 
 
@@ -94,6 +104,57 @@ def _expand(
                 dv[i, c] = cj * dx[i, c] - scale * r1[i, c]
 
 
+class Dyads:
+    """Dyads of T and D beside their blocks, at one state.
+
+    left : p (r, 3n), zeroed on restrained axes; by_x, by_v : q_T, q_D (r, 3n)
+    """
+
+    def __init__(self, left: FloatArray, by_x: FloatArray, by_v: FloatArray, held: BoolArray) -> None:
+        self._left = np.where(held.ravel(), 0.0, left)
+        self._by_x, self._by_v = by_x, by_v
+        self._held = held.ravel()
+
+    @classmethod
+    def of(cls, system: System, t: float, x: FloatArray, v: FloatArray) -> Dyads | None:
+        """Of all forces with links that are not nothing at this state."""
+        parts = []
+        for force in system.forces:
+            if force.newton == "links":
+                linked = cast(LinkedForce, force)
+                _, _, *dyads = linked.newton_part(system.inside(t), x[force.nodes], v[force.nodes])
+                spread = np.zeros((3, len(dyads[0]), system.net.node_count, 3))
+                spread[:, :, force.nodes[0]] = dyads  # each node once
+                parts.append(spread)
+        if not parts or not (whole := np.concatenate(parts, axis=1)).shape[1]:
+            return None
+        left, by_x, by_v = whole.reshape(3, whole.shape[1], -1)
+        return cls(left, by_x, by_v, system.restrained)
+
+    def factor(self, factorization: Factorization, cj: float) -> None:
+        """Make Z and (I − Qᵀ Z)⁻¹ with the factor of A."""
+        r = len(self._left)
+        self._Q = self._by_x + cj * self._by_v
+        self._Z = np.empty_like(self._left)
+        for column, right in zip(self._Z, self._left, strict=True):
+            column[:] = factorization.solve(right.reshape(-1, 3).copy()).ravel()
+        try:
+            self._inverse = np.linalg.inv(np.eye(r) - self._Q @ self._Z.T)
+        except np.linalg.LinAlgError as error:
+            raise RunError("the Newton matrix is singular by its cords: nothing holds them") from error
+
+    def add_products(self, r1: FloatArray, r2: FloatArray, right: FloatArray) -> None:
+        """right (n, 3) gains those parts of [D u]_f − [T w]_f that the blocks leave out."""
+        held = self._held
+        u = np.where(held, -r2.ravel(), r1.ravel())
+        w = np.where(held, r1.ravel(), 0.0)
+        right += ((self._by_x @ w - self._by_v @ u) @ self._left).reshape(right.shape)
+
+    def complete(self, y: FloatArray) -> FloatArray:
+        """K⁻¹ b (n, 3) from y = A⁻¹ b (n, 3)."""
+        return y + ((self._inverse @ (self._Q @ y.ravel())) @ self._Z).reshape(y.shape)
+
+
 class CondensedSolver:
     """Factor J at one state; solve with it at later ones, whose c_j may differ a little.
 
@@ -110,6 +171,7 @@ class CondensedSolver:
         self._T, self._D, self._K = np.zeros((3, len(system.pattern.rows), 3, 3))
         self._T_present = self._D_present = np.arange(0)
         self._right = np.empty((system.net.node_count, 3))
+        self._dyads: Dyads | None = None
         self._cj = 0.0
 
     def setup(self, system: System, t: float, x: FloatArray, v: FloatArray, cj: float) -> None:
@@ -122,6 +184,9 @@ class CondensedSolver:
         self._cj = cj
         newton_blocks(self._T, self._D, self._mass, cj, self._held, rows, columns, self._K)
         self._factorization.factor(self._K)
+        self._dyads = Dyads.of(system, t, x, v)
+        if self._dyads is not None:
+            self._dyads.factor(self._factorization, cj)
 
     def solve(self, r1: FloatArray, r2: FloatArray, cj: float, dx: FloatArray, dv: FloatArray) -> None:
         """Write the solution of J (dx, dv) = (r1, r2), all (n, 3).
@@ -143,7 +208,11 @@ class CondensedSolver:
             r2,
             self._right,
         )
+        if self._dyads is not None:
+            self._dyads.add_products(r1, r2, self._right)
         solution = self._factorization.solve(self._right)
+        if self._dyads is not None:
+            solution = self._dyads.complete(solution)
         _expand(solution, self._held, cj0, 2.0 / (1.0 + cj / cj0), r1, r2, dx, dv)
 
 

@@ -7,17 +7,21 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from typing import cast
 
 import numpy as np
 
 from netdae._arrays import FloatArray, IntArray
 from netdae.assembly import BlockPattern, gather, scatter_add, scatter_blocks
-from netdae.forces.protocol import Force
+from netdae.forces.protocol import Force, LinkedForce
 
 
 @dataclass(frozen=True, eq=False)
 class Placed:
-    """A force with its place in the net: nodes (m, k) and their blocks (m, k, k), None where it needs none."""
+    """A force with its place in the net: nodes (m, k) and their blocks (m, k, k), None where it needs none.
+
+    Of a force with links the blocks are those of the links, (p, 2, 2).
+    """
 
     force: Force
     nodes: IntArray
@@ -34,9 +38,11 @@ class NetForces:
     @classmethod
     def of(cls, forces: Sequence[Force], node_count: int) -> NetForces:
         """Forces on a net of so many nodes."""
-        pattern = BlockPattern.of(node_count, [force.nodes for force in forces if force.newton != "nothing"])
+        coupled = [_coupled_by(force) for force in forces]
+        pattern = BlockPattern.of(node_count, [nodes for nodes in coupled if nodes is not None])
         placed = (
-            Placed(f, f.nodes, pattern.places_of(f.nodes) if f.newton != "nothing" else None) for f in forces
+            Placed(force, force.nodes, None if nodes is None else pattern.places_of(nodes))
+            for force, nodes in zip(forces, coupled, strict=True)
         )
         return cls(tuple(placed), pattern)
 
@@ -59,12 +65,18 @@ class NetForces:
         return total
 
     def tangent_blocks(self, t: float, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Symmetric parts of T and D as blocks (b, 3, 3) of `pattern`."""
+        """Symmetric parts of T and D as blocks (b, 3, 3) of `pattern`, without the dyads of linked forces."""
         T = np.zeros((len(self.pattern.rows), 3, 3))
         D = np.zeros_like(T)
         for placed, xe, ve in self._gathered(x, v):
-            if placed.blocks is not None:
-                scatter_blocks(*placed.force.tangent(t, xe, ve), placed.blocks, T, D)
+            if placed.blocks is None:
+                continue
+            if placed.force.newton == "links":
+                K, C, *_ = cast(LinkedForce, placed.force).newton_part(t, xe, ve)
+                elements = np.arange(len(K))
+            else:
+                elements, K, C = placed.force.tangent(t, xe, ve)
+            scatter_blocks(elements, K, C, placed.blocks, T, D)
         return T, D
 
     def tangent_product(
@@ -92,6 +104,13 @@ class NetForces:
             if placed.force.external:
                 total += wrench_of(xe, placed.force.force(t, xe, ve))
         return total
+
+
+def _coupled_by(force: Force) -> IntArray | None:
+    """Nodes (m, k) among which blocks couple all, None where there are none."""
+    if force.newton == "nothing":
+        return None
+    return cast(LinkedForce, force).links if force.newton == "links" else force.nodes
 
 
 def wrench_of(x: FloatArray, f: FloatArray) -> FloatArray:

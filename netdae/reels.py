@@ -16,8 +16,10 @@ import numpy as np
 from netdae._arrays import BoolArray, FloatArray, IntArray, frozen_ints
 from netdae.errors import InputError
 from netdae.forces.brake import Brake, EndStop
+from netdae.forces.drawcord import SlidingCord
 from netdae.forces.protocol import Force
 from netdae.forces.reel import Reeled
+from netdae.forces.rings import Cord, Rings
 from netdae.material import Cords
 from netdae.net import CableNet
 from netdae.restraints import Restraint
@@ -28,6 +30,9 @@ would be finer than the 3e-4 m/s to which the standard accuracy knows velocities
 
 LEAST = 0.1
 """Share of its length L̄₀ down to which a reel may wind in a cable; a stop there keeps rest lengths above zero."""
+
+LEAST_OF_CORD = 0.01
+"""The same of a whole cord through rings, which no single cable limits."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +47,7 @@ class Reel:
     ratchet : True where it does not wind back by itself; needs a brake force
     creep_speed : v₀, m/s, see `forces.brake`
     shortest, longest : m, stops of s; the drum is fully wound at one and empty at the other
+    rings : given where the cables, in their order, are one cord that slides through the nodes between them
 
     Raises InputError for values out of range.
     """
@@ -56,6 +62,7 @@ class Reel:
     creep_speed: float = CREEP
     shortest: float = -math.inf
     longest: float = math.inf
+    rings: Rings | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "cables", frozen_ints(np.atleast_1d(self.cables)))
@@ -95,8 +102,28 @@ def check_reels(reels: Sequence[Reel], net: CableNet) -> None:
         if twice or len(np.unique(reel.cables)) < len(reel.cables):
             raise InputError(f"reel at node {reel.node}: a cable is on a reel twice: let each have one reel")
         taken.update(reel.cables.tolist())
+        if reel.rings is not None:
+            rings_of(reel, net)
     if len({reel.node for reel in reels}) < len(reels):
         raise InputError("reel: two reels share a node: give each its own")
+
+
+def rings_of(reel: Reel, net: CableNet) -> tuple[IntArray, bool]:
+    """Nodes in the order of a cord through rings, (k,), and whether it is closed; raises InputError for no cord."""
+    ends = net.cables[reel.cables]
+    broken = np.flatnonzero(ends[1:, 0] != ends[:-1, 1])
+    if len(broken):
+        raise InputError(
+            f"reel at node {reel.node}: its cables {reel.cables[broken[0]]} and {reel.cables[broken[0] + 1]} are "
+            "no cord through rings: let each begin where the one before ends"
+        )
+    closed = len(ends) > 1 and bool(ends[0, 0] == ends[-1, 1])
+    nodes = ends[:, 0] if closed else np.append(ends[:, 0], ends[-1, 1])
+    if len(np.unique(nodes)) < len(nodes):
+        raise InputError(
+            f"reel at node {reel.node}: its cord comes through a node twice: let it pass each once"
+        )
+    return nodes, closed
 
 
 def nodes_of_reels(reels: Sequence[Reel], node_count: int) -> BoolArray:
@@ -118,7 +145,26 @@ def rest_lengths(L: FloatArray, reels: Sequence[Reel], x: FloatArray) -> FloatAr
     """Rest lengths (m,) now, m, from those where s = 0, L (m,), and the positions of all nodes x (n, 3)."""
     now = L.copy()
     for reel in reels:
-        now[reel.cables] += reel.share * x[reel.node, 0]
+        if reel.rings is None:
+            now[reel.cables] += reel.share * x[reel.node, 0]
+    return now
+
+
+def slid_lengths(L: FloatArray, reels: Sequence[Reel], net: CableNet, x: FloatArray) -> FloatArray:
+    """Rest lengths (m,) like `rest_lengths`, and of cords through rings what of them lies between each two, m.
+
+    The whole cord has one strain, that of its total length l = Σ √(d·d + η²): a piece of the length |d| has the
+    rest length |d| L̄/l.
+    """
+    now = rest_lengths(L, reels, x)
+    for reel in reels:
+        if reel.rings is not None:
+            ends = net.cables[reel.cables]
+            d = np.linalg.norm(x[ends[:, 1]] - x[ends[:, 0]], axis=1)
+            whole = L[reel.cables].sum() + reel.share * x[reel.node, 0]
+            # where two rings coincide there is none: a millionth of a ring keeps it above zero
+            least = 1e-6 * reel.rings.size
+            now[reel.cables] = np.maximum(d, least) * whole / np.hypot(d, reel.rings.size).sum()
     return now
 
 
@@ -138,10 +184,20 @@ def forces_of(reels: Sequence[Reel], net: CableNet, cords: Cords, tau: FloatArra
     check_reels(reels, net)
     if not reels:
         return ()
+    single = [reel for reel in reels if reel.rings is None]
+    return (
+        *([_reeled_of(single, net, cords, tau)] if single else []),
+        *(_cord_of(reel, reel.rings, net, cords, tau) for reel in reels if reel.rings is not None),
+        *_brakes_of(reels),
+        *_stops_of(reels, net, cords),
+    )
+
+
+def _reeled_of(reels: Sequence[Reel], net: CableNet, cords: Cords, tau: FloatArray) -> Reeled:
     cables = np.concatenate([reel.cables for reel in reels])
     drum = np.concatenate([np.full(len(reel.cables), reel.node) for reel in reels])
     share = np.concatenate([np.full(len(reel.cables), reel.share) for reel in reels])
-    reeled = Reeled(
+    return Reeled(
         np.column_stack((net.cables[cables], drum)),
         net.rest_length[cables],
         share,
@@ -150,7 +206,25 @@ def forces_of(reels: Sequence[Reel], net: CableNet, cords: Cords, tau: FloatArra
         cords.engineering[cables],
         tau[cables],
     )
-    return (reeled, *_brakes_of(reels), *_stops_of(reels, net, cords))
+
+
+def _cord_of(reel: Reel, rings: Rings, net: CableNet, cords: Cords, tau: FloatArray) -> SlidingCord:
+    """The cord is of the material of its first cable; its τ is the mean of those of its cables."""
+    nodes, closed = rings_of(reel, net)
+    first = reel.cables[0]
+    cord = Cord(
+        float(net.rest_length[reel.cables].sum()),
+        float(reel.share),
+        float(cords.axial_stiffness[first]),
+        float(cords.toe_strain[first]),
+        bool(cords.engineering[first]),
+        float(tau[reel.cables].mean()),
+        rings.size,
+        rings.friction,
+        rings.creep_speed,
+        1.0 if rings.fastened else 0.5,
+    )
+    return SlidingCord(np.append(nodes, reel.node)[None], cord, closed)
 
 
 def _brakes_of(reels: Sequence[Reel]) -> list[Force]:
@@ -164,7 +238,8 @@ def _brakes_of(reels: Sequence[Reel]) -> list[Force]:
 
 def way_of(reel: Reel, L: FloatArray) -> tuple[float, float]:
     """Least and largest s of a reel whose cables have the lengths L (c,) where s = 0: its stops, m."""
-    wound_in = (1 - LEAST) * float(L.min()) / abs(reel.share)
+    most = (1 - LEAST) * L.min() if reel.rings is None else (1 - LEAST_OF_CORD) * L.sum()
+    wound_in = float(most) / abs(reel.share)
     if reel.share > 0:
         return max(reel.shortest, -wound_in), reel.longest
     return reel.shortest, min(reel.longest, wound_in)
@@ -174,7 +249,8 @@ def _stops_of(reels: Sequence[Reel], net: CableNet, cords: Cords) -> list[Force]
     rows = []
     for reel in reels:
         L = net.rest_length[reel.cables]
-        k = float(np.sum(reel.share**2 * cords.axial_stiffness[reel.cables] / L))
+        EA = cords.axial_stiffness[reel.cables]
+        k = reel.share**2 * float(np.sum(EA / L) if reel.rings is None else EA[0] / L.sum())
         c = 2 * math.sqrt(k * reel.inertia)
         low, high = way_of(reel, L)
         rows += [

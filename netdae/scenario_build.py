@@ -12,19 +12,22 @@ import numpy as np
 
 from netdae import scenario_schema as schema
 from netdae._arrays import FloatArray
-from netdae.damping import Damping, Dashpot, NoDamping, Rayleigh
+from netdae.closed import with_closings
+from netdae.closing import Closing, accuracy_told, sharp_enough
+from netdae.damping import Damping
 from netdae.ejection import Launch
 from netdae.errors import InputError, ScenarioError
 from netdae.event_book import EventBook
 from netdae.events import Event, Need, event_called
 from netdae.forces.loads import Gravity, Load, NodalLoad
-from netdae.material import Material
 from netdae.mesh_io import describe
 from netdae.metrics import DeploymentMetrics
 from netdae.motions import Fixed, Motion, Steady, TableMotion
 from netdae.net import CableNet
 from netdae.options import SolverOptions
 from netdae.restraints import Drive, Restraint, mask_of
+from netdae.scenario_closed import closing_of, closing_options
+from netdae.scenario_cords import damping_of, materials_of
 from netdae.scenario_events import event_of
 from netdae.scenario_groups import check_group
 from netdae.scenario_initial import start_of
@@ -60,31 +63,46 @@ class Build:
         start = start_of(self._data.initial, net, masses, self._section)
         state = State.at(start.state.x, start.state.v, t=self._solver.begin)
         tied = self._tied(start.net, state)
-        restraints = [*self._restraints(tied.net), *self._held(start.launch), *tied.restraints]
+        closings = self._closings(tied.net)
+        with self._section("closing"):
+            closed = with_closings(tied.net, tied.start, closings)
+        restraints = [
+            *(*self._restraints(tied.net), *self._held(start.launch)),
+            *(*tied.restraints, *closed.restraints),
+        ]
         loads = self._loads(tied.net)
-        materials = {**self._materials(start.net), **tied.materials}
-        joined = self._joined(tied.start.v, tied.net, restraints)
-        state = State.at(tied.start.x, joined, t=self._solver.begin)
-        self._check_restraints(restraints, tied.net, state)
+        materials = {
+            **materials_of(self._data.material, start.net, self._section),
+            **tied.materials,
+            **closed.materials,
+        }
+        joined = self._joined(closed.start.v, closed.net, restraints)
+        state = State.at(closed.start.x, joined, t=self._solver.begin)
+        self._check_restraints(restraints, closed.net, state)
         with self._section():
             system = System(
-                tied.net,
+                closed.net,
                 materials,
                 damping=self._damping(),
                 masses={**masses, **tied.masses},
                 loads=loads,
                 restraints=restraints,
-                reels=tied.reels,
+                reels=(*tied.reels, *closed.reels),
+                forces=closed.forces,
             )
         metrics = self._metrics(system)
+        options = closing_options(self._options(), self._solver, closings)
+        told = None
+        if options.in_force and not sharp_enough(options.tolerances, closings):
+            told = accuracy_told(options.tolerances, closings)
         return Simulation(
             self._title,
             system,
             state,
             times,
-            self._options(),
+            options,
             metrics,
-            (*of_mesh, *start.findings),
+            (*of_mesh, *start.findings, *([told] if told else [])),
             self._events(system, metrics, restraints),
             start.launch,
         )
@@ -141,40 +159,9 @@ class Build:
         with self._section("net"):
             return pattern(**net.model_dump(exclude={"kind"})), ()
 
-    def _materials(self, net: CableNet) -> dict[str, Material]:
-        materials: dict[str, Material] = {}
-        for number, cord in enumerate(self._data.material):
-            with self._section("material", number):
-                check_group(net.cable_groups, cord.cables, "cable")
-                materials.pop(cord.cables, None)  # a later entry overrides all before it
-                materials[cord.cables] = Material(**cord.model_dump(exclude={"cables"}))
-        with self._section("material"):
-            made = np.isin(
-                np.arange(net.cable_count), np.concatenate([net.cables_of(group) for group in materials])
-            )
-            if not made.all():
-                groups = ", ".join(
-                    name
-                    for name, member in net.cable_groups.items()
-                    if name != "all" and not made[member].all()
-                )
-                missing = f", or one for what is missing of {groups}" if groups else ""
-                raise InputError(
-                    f"{np.count_nonzero(~made)} of {net.cable_count} cables have no material: "
-                    f'add an entry before the others with cables = "all"{missing}'
-                )
-        return materials
-
     def _damping(self) -> Damping:
-        damping = self._data.damping
         with self._section("damping"):
-            if isinstance(damping, schema.DashpotDamping):
-                return Dashpot(viscosity_time=damping.viscosity_time, zeta=damping.zeta)
-            if isinstance(damping, schema.RayleighDamping):
-                if damping.alpha == damping.beta == 0:
-                    raise InputError('nothing is damped: give alpha or beta above zero, or kind = "none"')
-                return Rayleigh(alpha=damping.alpha, beta=damping.beta)
-        return NoDamping()
+            return damping_of(self._data.damping)
 
     def _masses(self, net: CableNet) -> dict[str, float]:
         masses: dict[str, float] = {}
@@ -186,9 +173,9 @@ class Build:
 
     def _check_nodes(self, net: CableNet, group: str) -> None:
         check_group(net.node_groups, group, "node")
-        if group == "all" and self._data.tether is not None:
+        if group == "all" and (self._data.tether is not None or self._data.closing):
             raise InputError(
-                "group 'all' has the tether, the chaser and the reel in it too: name a group of the net alone"
+                "group 'all' has the tether, the chaser and all drums in it too: name a group of the net alone"
             )
 
     def _tied(self, net: CableNet, start: State) -> Tethered:
@@ -196,20 +183,36 @@ class Build:
         entry = self._data.tether
         if entry is None:
             return Tethered.without(net, start)
-        locking = []
-        for number, told in enumerate(self._data.events):
-            with self._section("events", number):
-                if told.action == "lock_tether":
-                    locking.append(
-                        Event(told.figure, told.value, action=told.action, name=told.name or "").name
-                    )
-                    if entry.lock is not None or len(locking) > 1:
-                        raise InputError(
-                            "the tether is locked already, by [tether] lock or by another event: let one of them do it"
-                        )
+        locking = self._event_that("lock_tether")
+        if locking and entry.lock is not None:
+            with self._section("tether", key="lock"):
+                raise InputError(f"the event {locking!r} locks the tether too: let one of them do it")
         with self._section("tether"):
             tether = tether_of(entry, self._folder, self._solver)
-            return with_tether(net, start, replace(tether, lock=locking[0]) if locking else tether)
+            return with_tether(net, start, replace(tether, lock=locking) if locking else tether)
+
+    def _closings(self, net: CableNet) -> list[Closing]:
+        """Winches and drawcords, on the net's own nodes."""
+        closings, starting = [], self._event_that("start_closing")
+        for number, entry in enumerate(self._data.closing):
+            with self._section("closing", number):
+                if starting and entry.begin is None:
+                    entry = entry.model_copy(update={"begin": starting})
+                closings.append(closing_of(entry, net, self._solver.begin))
+        return closings
+
+    def _event_that(self, action: str) -> str | None:
+        """Name of the event with an action that one event may have; None where there is none."""
+        found: str | None = None
+        for number, told in enumerate(self._data.events):
+            if told.action == action:
+                with self._section("events", number):
+                    if found is not None:
+                        raise InputError(
+                            f"the event {found!r} has the action {action} already: let one have it"
+                        )
+                    found = Event(told.figure, told.value, action=told.action, name=told.name or "").name
+        return found
 
     # What acts on it
 
@@ -312,15 +315,19 @@ class Build:
             has |= {"tether", "chaser"}
         if np.isfinite(system.strength).any():
             has.add("strength")
+        if any(entry.begin is None for entry in self._data.closing):
+            has.add("closing")
         events: list[Event] = []
         for number, entry in enumerate(self._data.events):
             with self._section("events", number):
                 events.append(event_of(entry, events, has=has))
         for number, restraint in enumerate(restraints):
             written = number < len(self._data.restraints)
-            with self._section("restraints" if written else "tether", number if written else None):
+            of_drum = restraint.group not in ("chaser", "reel")
+            place = "restraints" if written else "closing" if of_drum else "tether"
+            with self._section(place, number if written else None):
                 for name in restraint.events:
-                    event_called(name, events, by="begin or until" if written else "lock")
+                    event_called(name, events, by="begin or until" if written or of_drum else "lock")
         if not events:
             return None
         with self._section("events"):

@@ -53,7 +53,7 @@ class HauledCord(Section):
         None, description="Rest length before, m; its way through the mesh by default."
     )
     drum_inertia: Inertia | None = Field(
-        None, description="Moment of inertia of the drum over its radius squared, kg; force · 0.02 s / speed."
+        None, description="Moment of inertia of the drum over its radius squared, kg; force · 0.01 s / speed."
     )
     youngs_modulus: Modulus = Field(description="Young's modulus, Pa.")
     density: Density | None = Field(None, description="Density, kg/m³; or give linear_density.")

@@ -16,7 +16,7 @@ from netdae.errors import InputError
 
 Place = Sequence[int | str]
 
-ARRAYS = ("material", "masses", "restraints", "initial.ejection", "loads", "events")
+ARRAYS = ("material", "masses", "restraints", "initial.ejection", "loads", "events", "closing")
 """Sections that may stand several times, in double brackets."""
 
 _EXPECTED = {
@@ -175,4 +175,4 @@ def _cut(text: str) -> str:
 
 def bare(error: InputError) -> str:
     """The message without the kind of thing in front, where section or file say it already."""
-    return re.sub(r"^(material|dashpot|rayleigh|table|motion|pulse|tether|reel): ", "", str(error))
+    return re.sub(r"^(material|dashpot|rayleigh|table|motion|pulse|tether|reel|closing|rings): ", "", str(error))

@@ -12,6 +12,7 @@ from pydantic import Discriminator, Field, Tag
 
 from netdae import scenario_environment as environment
 from netdae.options import COARSEST_RTOL, FINEST_RTOL, Method
+from netdae.scenario_closing import ClosingEntry
 from netdae.scenario_events import EventEntry
 from netdae.scenario_initial import Initial
 from netdae.scenario_nets import Net
@@ -200,6 +201,7 @@ class ScenarioData(Section):
     loads: list[Load] = Field([], description="Forces from outside.")
     orbit: environment.Orbit | None = Field(None, description="The orbit that the frame goes round with.")
     tether: TetherEntry | None = Field(None, description="The cord to the chaser.")
+    closing: list[ClosingEntry] = Field([], description="Winches and drawcords that close the net.")
     events: list[EventEntry] = Field([], description="Instants that are looked for, and what is done then.")
     solver: Solver = Field(description="The time integration.")
     output: Output = Field(Output(), description="What is written.")

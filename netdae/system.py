@@ -31,8 +31,8 @@ from netdae.reels import (
     forces_of,
     nodes_of_reels,
     reeled_cables,
-    rest_lengths,
     restraints_of,
+    slid_lengths,
 )
 from netdae.restraints import Drive, Restraint, mask_of
 
@@ -78,6 +78,14 @@ class System:
         if not hasattr(damping, "viscosity_times"):
             raise InputError(f"damping is {damping!r}: give a Dashpot, Rayleigh, or NoDamping() for none")
         self.damping = damping
+        if (
+            isinstance(damping, Rayleigh)
+            and damping.beta > 0
+            and any(r.rings is not None for r in self.reels)
+        ):
+            raise InputError(
+                "rayleigh: beta holds a cord through rings, which has to slide: use the dashpot, or beta = 0"
+            )
         tau = frozen_floats(damping.viscosity_times(net, self.cords))
         self.cables = Cables(
             net.cables,
@@ -239,8 +247,8 @@ class System:
 
     def elastic_energy(self, x: FloatArray) -> float:
         """Stored energy of all cables and of the stops of reels, J."""
-        stored = self.cables_at(x).energy_and_peak(x)[0]
-        for force in self._of_reels[1:]:
+        stored = self.cables.energy_and_peak(x)[0]  # those on reels have EĀ = 0 there
+        for force in self._of_reels:
             stored += force.account(0.0, x[force.nodes], np.zeros((*force.nodes.shape, 3))).stored_energy
         return stored
 
@@ -266,7 +274,7 @@ class System:
 
     def rest_length(self, x: FloatArray) -> FloatArray:
         """L̄ of each cable, (m,), m: what the reels have paid out at x (n, 3) is in it."""
-        return rest_lengths(self.cables.L, self.reels, x) if self.reels else self.cables.L
+        return slid_lengths(self.cables.L, self.reels, self.net, x) if self.reels else self.cables.L
 
     def cables_at(self, x: FloatArray) -> Cables:
         """All cables with their rest lengths at x, also those on reels."""

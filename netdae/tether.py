@@ -23,14 +23,17 @@ PAYOUTS: tuple[Payout, ...] = ("locked", "free", "braked")
 NODE_GROUPS = ("tether", "chaser", "reel")
 """Node groups of a tether: its knots with those of a bridle, the chaser, the reel."""
 
+FOREIGN = (*NODE_GROUPS, "drums")
+"""Node groups of all that hangs on a net beside its own knots: the tether, and the drums of what closes it."""
+
 CABLE_GROUPS = ("tether", "bridle")
 """Cable groups of a tether: the chain, and the legs to several nodes of the net."""
 
 
 def own_nodes_of(net: CableNet) -> IntArray:
-    """Nodes of the net without those of a tether, its chaser and its reel, (k,); all where it has none."""
+    """Nodes of the net without those of a tether, its chaser and its reel, and drums, (k,); all where it has none."""
     own = np.ones(net.node_count, dtype=np.bool_)
-    for name in NODE_GROUPS:
+    for name in FOREIGN:
         own[net.node_groups.get(name, [])] = False
     return np.flatnonzero(own)
 

@@ -16,11 +16,14 @@ from netdae.forces.air import AirOnCables
 from netdae.forces.brake import Brake, EndStop
 from netdae.forces.cables import Cables, law_of
 from netdae.forces.drag import DragOnBodies
+from netdae.forces.drawcord import SlidingCord
 from netdae.forces.free_molecular import MolecularDrag
 from netdae.forces.loads import UniformLoad
+from netdae.forces.motor import Motor
 from netdae.forces.orbit import OrbitForce
 from netdae.forces.rayleigh import MassDamping, StiffnessDamping
 from netdae.forces.reel import Reeled
+from netdae.forces.rings import Cord
 from netdae.forces.solar import Light, LightOnCables
 from netdae.signals import Constant, Function
 
@@ -60,6 +63,22 @@ def reeled(strain, rate, *, eps=0.0, engineering=False, tau=0.0):
     return Reeled(nodes, force.L - share * s, share, *cords), 0.0, x, v
 
 
+def drawcord(strain, rate, *, closed=True, eps=0.0, engineering=False, tau=0.0, friction=0.0, theta=1.0):
+    """A cord through six random rings of 0.1 m, whose strain and strain rate are in the middle of the given ranges."""
+    rng = np.random.default_rng(12)
+    k, size, EA, share = 6, 0.1, 50.0, -0.7
+    E11, dE11 = np.mean(strain), np.mean(rate)
+    x, v = rng.standard_normal((2, 1, k + 1, 3))
+    ends = np.stack((np.arange(k), (np.arange(k) + 1) % k), axis=1)[: k if closed else -1]
+    d, w = (values[0, ends[:, 1]] - values[0, ends[:, 0]] for values in (x, v))
+    h = np.sqrt(np.sum(d * d, axis=1) + size**2)
+    length, rate_of = h.sum(), np.sum(np.sum(d * w, axis=1) / h)
+    L = length / np.sqrt(1 + 2 * E11)
+    v[0, k, 0] = L / share * (length * rate_of / L**2 - dE11) / (1 + 2 * E11)
+    cord = Cord(L - share * x[0, k, 0], share, EA, eps, engineering, tau, size, friction, 2.0, theta)
+    return SlidingCord(np.arange(k + 1)[None], cord, closed), 0.0, x, v
+
+
 def points(make):
     rng = np.random.default_rng(8)
     nodes = np.arange(M)[:, None]
@@ -78,6 +97,10 @@ def drums(make, *, x=(-1.0, 1.0), v=(-1.0, 1.0)):
 
 def brake(*, ratchet=False, **more):
     return drums(lambda nodes, a, b: Brake(nodes, a, np.full(M, 0.5), b, np.full(M, ratchet)), **more)
+
+
+def motor(**more):
+    return drums(lambda nodes, F, v: Motor(nodes, F, v, 0.5 * v, np.full(M, 0.3)), **more)
 
 
 def end_stop(side, **more):
@@ -150,6 +173,22 @@ CASES = {
     "end stop above": lambda: end_stop(1.0, x=(0.6, 1.0), v=(-0.005, 1.0)),  # k δ ≥ 0.01 N, c δ̇ ≥ −0.005 N
     "end stop below": lambda: end_stop(-1.0, x=(-1.0, -0.6), v=(-1.0, 0.005)),
     "end stop let go": lambda: end_stop(1.0, x=(0.6, 1.0), v=(-40.0, -20.0)),  # k δ ≤ 0.5 N, c δ̇ ≤ −2 N
+    "motor winding in": lambda: motor(v=(0.01, 1.0)),
+    "motor pulled back": lambda: motor(v=(-1.0, -0.01)),
+    "drawcord slack": lambda: drawcord(SLACK, (-1.0, 1.0), tau=TAU, friction=0.3),
+    "drawcord taut": lambda: drawcord(TAUT, (-1.0, 1.0)),
+    "drawcord open in the toe engineering": lambda: drawcord(IN_TOE, (-1.0, 1.0), closed=False, eps=EPS, **LINEAR),
+    "drawcord taut dashpot": lambda: drawcord(TAUT, ACTIVE, tau=TAU),
+    "drawcord open taut dashpot unloading": lambda: drawcord((0.3, 0.5), (-2.0, -1.0), closed=False, tau=TAU),
+    "drawcord in the toe dashpot": lambda: drawcord(IN_TOE, ACTIVE, eps=EPS, tau=TAU),
+    "drawcord taut dashpot clamped": lambda: drawcord(TAUT, CLAMPED, tau=TAU, friction=0.3),
+    "drawcord with friction": lambda: drawcord(TAUT, (-1.0, 1.0), friction=0.3),
+    "drawcord with friction and dashpot at both ends": lambda: drawcord(
+        TAUT, ACTIVE, tau=TAU, friction=0.3, theta=0.5
+    ),
+    "drawcord open with friction above the toe engineering dashpot": lambda: drawcord(
+        (1.3 * EPS, 0.6), ACTIVE, closed=False, eps=EPS, tau=TAU, friction=0.5, **LINEAR
+    ),
     "orbit": lambda: points(lambda nodes, m: OrbitForce(nodes, m, 0.7)),
     "drag of bodies": lambda: points(lambda nodes, c: DragOnBodies(nodes, c, Constant([0.3, -2.0, 1.0]))),
     "molecular drag slack": lambda: in_a_stream(MolecularDrag, SLACK),
@@ -186,7 +225,8 @@ def test_every_force_class_is_tested_here():
     for info in pkgutil.iter_modules(netdae.forces.__path__):
         module = importlib.import_module(f"netdae.forces.{info.name}")
         for name, member in inspect.getmembers(module, inspect.isclass):
-            if member.__module__ == module.__name__ and hasattr(member, "tangent") and name != "Force":
+            own = member.__module__ == module.__name__ and hasattr(member, "tangent")
+            if own and name not in ("Force", "LinkedForce"):
                 assert member in tested, f"{name} has no line in CASES"
 
 
@@ -205,7 +245,8 @@ def test_tangents_are_the_derivatives_of_the_force(case):
 
 def test_the_elastic_force_is_minus_the_gradient_of_the_stored_energy(case):
     force, t, x, v = case
-    at_rest = force.force(t, x, np.zeros_like(v)) * (not force.external)  # a load stores no energy
+    driven = force.external or isinstance(force, Motor)  # which stores no energy
+    at_rest = force.force(t, x, np.zeros_like(v)) * (not driven)
     h = 1e-5  # as above
     gradient = np.empty_like(x)
     for index in np.ndindex(x.shape):

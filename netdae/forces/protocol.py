@@ -11,7 +11,7 @@ import numpy as np
 
 from netdae._arrays import FloatArray, IntArray
 
-NewtonPart = Literal["symmetric", "nothing"]
+NewtonPart = Literal["symmetric", "links", "nothing"]
 
 
 class Account(NamedTuple):
@@ -51,12 +51,30 @@ class Tangent(NamedTuple):
         return K, C
 
 
+class LinkedTangent(NamedTuple):
+    """Derivatives of a force on one element of many nodes: blocks between some of them, and r dyads over all.
+
+    ∂f/∂x is the sum of the blocks dx and of left ⊗ by_x, ∂f/∂v that of dv and of left ⊗ by_v. A matrix of k nodes
+    that is full by its dyads alone is factored without them, see `linear_solver`.
+
+    dx, dv : (p, 2, 3, 2, 3), N/m and N s/m, on the force's `links` (p, 2), all or none of them
+    left, by_x, by_v : (r, k, 3)
+    """
+
+    dx: FloatArray
+    dv: FloatArray
+    left: FloatArray
+    by_x: FloatArray
+    by_v: FloatArray
+
+
 class Force(Protocol):
     """Force between, or on, the nodes of m elements.
 
     nodes : (m, k), the nodes of each element
     newton : the part of its tangent that the Newton matrix takes, which is symmetric:
-        "symmetric", where the unsymmetric part of a tangent is left out, or "nothing" (loads)
+        "symmetric", where the unsymmetric part of a tangent is left out, "nothing" (loads), or "links" of a
+        `LinkedForce`, of which it takes all
     jumps : times at which the force jumps; the flight restarts there
     kinks : times at which only its rate jumps; a step ends there
     external : True if it acts from outside and so changes the net's momentum
@@ -83,4 +101,18 @@ class Force(Protocol):
 
     def account(self, t: float, x: FloatArray, v: FloatArray) -> Account:
         """Stored energy, dissipated and external power of all elements together."""
+        ...
+
+
+class LinkedForce(Force, Protocol):
+    """Force on one element, m = 1, of many nodes that are coupled along links and by dyads; its newton is "links".
+
+    links : (p, 2), nodes of the net that blocks couple
+    """
+
+    @property
+    def links(self) -> IntArray: ...  # noqa: D102
+
+    def newton_part(self, t: float, x: FloatArray, v: FloatArray) -> LinkedTangent:
+        """∂f/∂x and ∂f/∂v as blocks and dyads; nothing of both where the force is nothing."""
         ...

@@ -1,0 +1,232 @@
+"""A net with what closes it: cords and drums are more cables and nodes of the same net."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from netdae._arrays import FloatArray, IntArray
+from netdae.closing import Closing, Drawcord, Haul, Winch, motors_of
+from netdae.errors import InputError
+from netdae.forces.protocol import Force
+from netdae.material import Material
+from netdae.mouth import mouth_of
+from netdae.net import CableNet
+from netdae.reels import LEAST, LEAST_OF_CORD, Reel
+from netdae.restraints import Restraint
+from netdae.state import State
+
+CABLES, DRUMS = "closing", "drums"
+"""Groups of all cables that close the net, and of the nodes of their drums."""
+
+
+@dataclass(frozen=True, eq=False)
+class Closed:
+    """A net with what closes it, and what a System takes beside it.
+
+    net, start : with the drums' nodes behind the net's own. Cable group "closing", and "closing_1", "closing_2", ...
+        for each of the closings; node group "drums"
+    reels, restraints, forces : of the System; materials : cable group to Material, to be added to the net's own
+    """
+
+    net: CableNet
+    start: State
+    reels: tuple[Reel, ...]
+    restraints: tuple[Restraint, ...]
+    forces: tuple[Force, ...]
+    materials: dict[str, Material]
+
+
+@dataclass(frozen=True, eq=False)
+class _Cord:
+    """Cables (c, 2) with their rest lengths L̄₀ (c,) that one drum winds in."""
+
+    cables: IntArray
+    L: FloatArray
+    closing: Closing
+
+    @property
+    def haul(self) -> Haul:
+        return self.closing.haul
+
+
+def with_closings(net: CableNet, start: State, closings: Sequence[Closing]) -> Closed:
+    """The net with winches and drawcords, and the start of all together.
+
+    Raises InputError as `check_closing` does, and where the net has groups of these names.
+    """
+    for kind, names, groups in (
+        ("node", (DRUMS,), net.node_groups),
+        ("cable", (CABLES, *(f"{CABLES}_{k + 1}" for k in range(len(closings)))), net.cable_groups),
+    ):
+        for name in names:
+            if name in groups:
+                raise InputError(
+                    f"closing: the net has a {kind} group {name!r} already: give that group another name"
+                )
+    for closing in closings:
+        _check_times(closing.haul, start.t)
+    by_closing = [_cords_of(net, closing) for closing in closings]
+    cords = [cord for each in by_closing for cord in each]
+    if not cords:
+        return Closed(net, start, (), (), (), {})
+    n, m = net.node_count, net.cable_count
+    drums = np.arange(n, n + len(cords))
+    counts = [len(cord.cables) for cord in cords]
+    firsts = m + np.concatenate(([0], np.cumsum(counts)[:-1]))
+    numbers = [np.arange(first, first + count) for first, count in zip(firsts, counts, strict=True)]
+    groups, materials, k = {CABLES: np.concatenate(numbers)}, {}, 0
+    for number, (closing, own) in enumerate(zip(closings, by_closing, strict=True), 1):
+        groups[f"{CABLES}_{number}"] = np.concatenate(numbers[k : k + len(own)])
+        materials[f"{CABLES}_{number}"] = closing.material
+        k += len(own)
+    added = np.zeros((len(cords), 3))
+    grown = CableNet(
+        np.concatenate((net.nodes, added)),
+        np.concatenate((net.cables, *(cord.cables for cord in cords))),
+        {**net.node_groups, DRUMS: drums},
+        {**net.cable_groups, **groups},
+        np.concatenate((net.rest_length, *(cord.L for cord in cords))),
+        {name: np.concatenate((data, np.full(sum(counts), np.nan))) for name, data in net.cable_data.items()},
+    )
+    x, v = np.concatenate((start.x, added)), np.concatenate((start.v, added))
+    reels = tuple(
+        _reel_of(cord, int(drum), cables) for cord, drum, cables in zip(cords, drums, numbers, strict=True)
+    )
+    restraints = (
+        restraint
+        for cord, drum in zip(cords, drums, strict=True)
+        for restraint in _restraints_of(cord.haul, int(drum), start.t)
+    )
+    return Closed(
+        grown,
+        replace(start, x=x, v=v, a=np.zeros_like(x)),
+        reels,
+        tuple(restraints),
+        (motors_of([cord.haul for cord in cords], drums.tolist()),),
+        materials,
+    )
+
+
+def check_closing(net: CableNet, closing: Closing, begin: float) -> None:
+    """Raise InputError where a closing does not go with a net, or begins before the flight does at `begin` in s."""
+    _check_times(closing.haul, begin)
+    _cords_of(net, closing)
+
+
+def _cords_of(net: CableNet, closing: Closing) -> list[_Cord]:
+    """The cords of a winch, one for each pair, or of a drawcord; raises InputError where there is none."""
+    return _pairs_of(net, closing) if isinstance(closing, Winch) else [_drawn_through(net, closing)]
+
+
+def _pairs_of(net: CableNet, winch: Winch) -> list[_Cord]:
+    first, second = net.nodes_of(winch.first), net.nodes_of(winch.second)
+    if len(first) != len(second) or not len(first):
+        raise InputError(
+            f"closing: {winch.first!r} has {len(first)} nodes and {winch.second!r} has {len(second)}: "
+            "a winch joins them by pairs, so let both have as many, and one at least"
+        )
+    cords = []
+    for i, j in zip(first.tolist(), second.tolist(), strict=True):
+        if i == j:
+            raise InputError(
+                f"closing: node {i} of {winch.first!r} is its own partner in {winch.second!r}: a winch needs two nodes"
+            )
+        length = winch.length or float(np.linalg.norm(net.nodes[j] - net.nodes[i]))
+        _check_final(winch.haul, length, LEAST)
+        cords.append(_Cord(np.array([[i, j]]), np.array([length]), winch))
+    return cords
+
+
+def rings_through(net: CableNet, cord: Drawcord) -> IntArray:
+    """Nodes of a drawcord's rings in its order, (k,); raises InputError where it cannot be drawn through them."""
+    if cord.nodes is None:
+        assert cord.group is not None
+        members = net.nodes_of(cord.group)
+        if len(members) < 2:
+            raise InputError(
+                f"closing: the cord runs through {len(members)} node of {cord.group!r}: give two or more rings"
+            )
+        loop = mouth_of(net, cord.loop or cord.group)
+        outside = np.setdiff1d(members, loop)
+        if len(outside):
+            raise InputError(
+                f"closing: node {outside[0]} of {cord.group!r} is not on the loop {cord.loop!r}: "
+                "name the group of a loop that passes all rings, or list the nodes in their order"
+            )
+        return loop[np.isin(loop, members)]
+    nodes = np.array(cord.nodes, dtype=np.int64)
+    if len(nodes) < 2:
+        raise InputError(f"closing: the cord runs through {len(nodes)} node: give two or more rings")
+    missing = nodes[(nodes < 0) | (nodes >= net.node_count)]
+    if len(missing):
+        raise InputError(
+            f"closing: the cord runs through node {missing[0]}, but the net has {net.node_count} nodes"
+        )
+    values, count = np.unique(nodes, return_counts=True)
+    if (count > 1).any():
+        raise InputError(
+            f"closing: the cord runs through node {values[count > 1][0]} twice: let it pass each ring once"
+        )
+    return nodes
+
+
+def _drawn_through(net: CableNet, cord: Drawcord) -> _Cord:
+    nodes = rings_through(net, cord)
+    if cord.closed and len(nodes) < 3:
+        raise InputError(
+            "closing: a closed cord runs through 2 nodes: give three or more rings, or closed = false"
+        )
+    cables = np.stack((nodes, np.roll(nodes, -1)), axis=1)[: len(nodes) if cord.closed else -1]
+    h = np.hypot(np.linalg.norm(net.nodes[cables[:, 1]] - net.nodes[cables[:, 0]], axis=1), cord.rings.size)
+    length = float(cord.length or h.sum())
+    _check_final(cord.haul, length, LEAST_OF_CORD)
+    least = len(cables) * cord.rings.size
+    if cord.haul.final_length <= least:
+        raise InputError(
+            f"closing: final_length is {cord.haul.final_length:g} m, but {len(cables)} rings of {cord.rings.size:g} m "
+            f"side by side take {least:g} m of the cord: give more, or smaller rings"
+        )
+    return _Cord(cables, h * length / h.sum(), cord)
+
+
+def _check_final(haul: Haul, length: float, least: float) -> None:
+    if not haul.final_length < length:
+        raise InputError(
+            f"closing: final_length is {haul.final_length:g} m, but the cord is {length:g} m long before: give less"
+        )
+    if haul.final_length < least * length * (1 - 1e-12):
+        raise InputError(
+            f"closing: final_length is {haul.final_length:g} m, under {least:.0%} of the cord's {length:g} m: give more"
+        )
+
+
+def _check_times(haul: Haul, begin: float) -> None:
+    for name in ("begin", "hold"):
+        value = getattr(haul, name)
+        if isinstance(value, float | int) and value < begin:
+            raise InputError(
+                f"closing: {name} is {value:g} s, before the start of the flight at {begin:g} s: give a later time"
+            )
+
+
+def _reel_of(cord: _Cord, drum: int, cables: IntArray) -> Reel:
+    return Reel(
+        drum,
+        cables,
+        inertia=cord.haul.inertia,
+        share=-1.0,
+        longest=float(cord.L.sum()) - cord.haul.final_length,
+        rings=cord.closing.rings if isinstance(cord.closing, Drawcord) else None,
+    )
+
+
+def _restraints_of(haul: Haul, drum: int, start: float) -> list[Restraint]:
+    restraints = []
+    if isinstance(haul.begin, str) or (haul.begin is not None and haul.begin > start):
+        restraints.append(Restraint((drum,), axes="x", until=haul.begin))
+    if haul.hold is not None:
+        restraints.append(Restraint((drum,), axes="x", begin=haul.hold))
+    return restraints

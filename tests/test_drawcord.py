@@ -1,0 +1,338 @@
+"""The cord through rings: against a reduction to one degree of freedom, Atwood's machine with a capstan, and reels."""
+
+import numpy as np
+import pytest
+from numpy.random import default_rng
+from scipy.integrate import solve_ivp
+
+from netdae.damping import Dashpot, NoDamping
+from netdae.errors import InputError, RunError
+from netdae.flight import simulate
+from netdae.forces.drawcord import SlidingCord
+from netdae.forces.loads import NodalLoad
+from netdae.forces.reel import Reeled
+from netdae.forces.rings import Cord, Rings
+from netdae.material import Material
+from netdae.motions import FunctionMotion
+from netdae.net import CableNet
+from netdae.options import SolverOptions
+from netdae.reels import Reel
+from netdae.restraints import Restraint
+from netdae.state import State
+from netdae.system import System
+
+SOFT = Material(youngs_modulus=1e8, linear_density=1e-9, area=1e-6)
+"""EA 100 N, massless."""
+
+STIFF = Material(youngs_modulus=1e11, linear_density=1e-9, area=1e-6)
+"""EA 100 kN, massless."""
+
+TIGHT = SolverOptions(rtol=1e-8, atol_position=1e-10, atol_velocity=1e-8)
+
+
+def cord(L=1.0, share=-1.0, EA=50.0, eps=0.0, engineering=False, tau=0.0, size=1e-3, friction=0.0, theta=1.0):
+    return Cord(L, share, EA, eps, engineering, tau, size, friction, 0.5, theta)
+
+
+def ringed(places, *, closed=True, length=None, extra=()):
+    """A net of one cord through `places` (k, 3), whose reel is its last node, the length as it lies by default."""
+    k = len(places)
+    cables = np.stack((np.arange(k), np.roll(np.arange(k), -1)), axis=1)[: k if closed else -1]
+    h = np.linalg.norm(places[cables[:, 1]] - places[cables[:, 0]], axis=1)
+    L = h if length is None else h * length / h.sum()
+    nodes = np.concatenate((places, np.zeros((1, 3))))
+    return CableNet(nodes, cables, {"rings": np.arange(k), "drum": [k], **dict(extra)}, rest_length=L)
+
+
+def system_of(net, rings=None, *, material=SOFT, mass=1.0, damping=None, inertia=None, drum=None, **more):
+    k = net.node_count - 1
+    inertia = inertia or (1.0 if drum is None else 0.0)
+    reel = Reel(k, np.arange(net.cable_count), inertia=inertia, share=-1.0, rings=rings or Rings(size=1e-3))
+    held = [] if drum is None else [Restraint("drum", axes="x", motion=drum)]
+    masses = {"rings": mass} if np.isscalar(mass) else mass
+    return System(
+        net,
+        material,
+        damping=damping or NoDamping(),
+        masses=masses,
+        reels=[reel],
+        restraints=[*held, *more.pop("restraints", [])],
+        **more,
+    )
+
+
+def polygon(k, radius):
+    angle = 2 * np.pi * np.arange(k) / k
+    return radius * np.stack((np.cos(angle), np.sin(angle), np.zeros(k)), axis=1)
+
+
+def energy_of(system, state):
+    energy = system.kinetic_energy(state.v) + system.elastic_energy(state.x)
+    return energy + state.books.dissipated_energy - state.books.external_work
+
+
+def winding(speed, t0=0.5):
+    """s = v t²/(2 t0) up to t0, then at the speed v: no jump of the velocity."""
+    return FunctionMotion(
+        lambda t: [speed * (t * t / (2 * t0) if t < t0 else t - t0 / 2), 0, 0],
+        lambda t: [speed * min(t / t0, 1.0), 0, 0],
+        lambda t: [speed / t0 if t < t0 else 0.0, 0, 0],
+    )
+
+
+@pytest.mark.parametrize("k", [3, 8, 40])
+def test_a_polygon_of_free_masses_is_drawn_in_as_its_radius_is(k):
+    """All move radially: m R̈ = −N/k ∂l/∂R with l = k √(4 R² sin²(π/k) + η²) and N = EĀ E11 λ."""
+    mass, radius, speed, size, EA = 0.3, 2.0, 1.0, 1e-2, 100.0
+    net = ringed(polygon(k, radius))
+    motion = winding(speed)
+    system = system_of(net, Rings(size=size), mass=mass, drum=motion)
+    times = np.linspace(0, 2, 9)
+    flight = simulate(system, State.at(net.nodes, np.zeros_like(net.nodes)), times, options=TIGHT)
+    side, L0 = 2 * np.sin(np.pi / k), net.rest_length.sum()
+
+    def rates(t, y):
+        R, v = y
+        h = np.hypot(side * R, size)
+        stretch = k * h / (L0 - motion.at(t)[0][0])
+        N = EA * max(0.5 * (stretch**2 - 1), 0.0) * stretch
+        return [v, -N * side**2 * R / h / mass]
+
+    truth = solve_ivp(rates, (0, 2), [radius, 0.0], t_eval=times, rtol=1e-11, atol=1e-13, max_step=1e-2)
+    for frame, R, v in zip(flight, *truth.y, strict=True):
+        x, w = frame.x[:k], frame.v[:k]
+        out = x / np.linalg.norm(x, axis=1)[:, None]
+        # relative tolerance 1e-8 a step, some hundred steps; at s = 1.75 m of 12 m they swing by a metre
+        np.testing.assert_allclose(np.linalg.norm(x, axis=1), R, rtol=0, atol=3e-6)
+        np.testing.assert_allclose(np.sum(w * out, axis=1), v, rtol=0, atol=3e-6)
+        # radial, all of them: what is sideways is round-off, that the solver's corrections let grow
+        assert np.abs(np.cross(out, w)).max() < 1e-9
+        assert energy_of(system, frame) == pytest.approx(energy_of(system, flight[0]), abs=1e-5)
+    assert flight[-1].books.external_work > 0.02  # that the drum has put in
+    assert np.abs(system.momentum(flight[-1].v)).max() < 1e-12
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.2])
+def test_a_skew_cord_keeps_both_momenta_and_balances_the_energy(friction):
+    """Free masses of different weights, thrown and drawn in by a free heavy drum: nothing is outside."""
+    rng = default_rng(4)
+    k = 7
+    net = ringed(polygon(k, 1.0) + 0.2 * rng.standard_normal((k, 3)), extra={"odd": [1, 3, 5]}.items())
+    system = system_of(
+        net,
+        Rings(size=5e-3, friction=friction),
+        mass={"rings": 0.3, "odd": 0.5},
+        inertia=2.0,
+        damping=Dashpot(viscosity_time=1e-2),
+    )
+    v = rng.standard_normal(net.nodes.shape)
+    v[k] = [1.5, 0.0, 0.0]
+    start = State.at(net.nodes, v)
+    flight = simulate(system, start, np.linspace(0, 0.6, 4), options=TIGHT)
+    last = flight[-1]
+    assert last.books.dissipated_energy > 0.05
+    # 7.9 J; Simpson's rule over the steps in which the dashpot sets in with a jump
+    assert energy_of(system, last) == pytest.approx(energy_of(system, flight[0]), abs=5e-5)
+    size = np.abs(system.momentum(start.v)).max()
+    np.testing.assert_allclose(
+        system.momentum(last.v), system.momentum(start.v), rtol=0, atol=1e-13 * max(size, 1)
+    )
+    # the forces have no moment, to round-off, see below; BDF keeps linear invariants alone: within its tolerance
+    before, after = (system.angular_momentum(s.x, s.v) for s in (start, last))
+    np.testing.assert_allclose(after, before, rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.4])
+@pytest.mark.parametrize("closed", [True, False])
+def test_forces_on_rings_have_no_resultant_and_no_moment(closed, friction):
+    rng = default_rng(5)
+    x, v = rng.standard_normal((2, 1, 31, 3))
+    x[0, -1, 0] = 0.1
+    force = SlidingCord(np.arange(31)[None], cord(L=20.0, friction=friction, tau=0.01), closed)
+    f = force.force(0.0, x, v)
+    assert np.abs(f).max() > 10.0
+    rings = f[0, :-1]
+    assert np.abs(rings.sum(axis=0)).max() < 1e-12 * np.abs(rings).sum()
+    assert np.abs(np.cross(x[0, :-1], rings).sum(axis=0)).max() < 1e-12 * np.abs(rings).sum()
+
+
+def test_a_cord_between_two_rings_is_a_reeled_cable():
+    """The ring's size apart, which is a millionth here."""
+    rng = default_rng(6)
+    x, v = rng.standard_normal((2, 1, 3, 3))
+    x[0, 2, 0] = 0.2
+    L = 0.9 * np.linalg.norm(x[0, 1] - x[0, 0]) + 0.2
+    one = SlidingCord(np.arange(3)[None], cord(L=L, eps=0.05, tau=0.05, size=1e-6, friction=0.3), False)
+    single = [np.array([value]) for value in (L, -1.0, 50.0, 0.05, False, 0.05)]
+    other = Reeled(np.arange(3)[None], *single)
+    np.testing.assert_allclose(one.force(0.0, x, v), other.force(0.0, x, v), rtol=1e-9)
+    for a, b in zip(one.tangent(0.0, x, v)[1:], other.tangent(0.0, x, v)[1:], strict=True):
+        np.testing.assert_allclose(a, b, rtol=0, atol=1e-9 * np.abs(b).max())
+    assert one.account(0.0, x, v) == pytest.approx(other.account(0.0, x, v), rel=1e-9)
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.3])
+def test_coincident_rings_give_numbers_and_touch_at_their_size(friction):
+    rng = default_rng(7)
+    x, v = rng.standard_normal((2, 1, 9, 3))
+    x[0, 3] = x[0, 4] = x[0, 2]
+    x[0, -1, 0] = 0.0
+    force = SlidingCord(np.arange(9)[None], cord(L=5.0, size=0.01, friction=friction), True)
+    with np.errstate(all="raise"):
+        assert np.isfinite(force.force(0.0, x, v)).all()
+        K, C = force.tangent(0.0, x, v).spread(1)
+    assert np.isfinite(K).all()
+    assert np.isfinite(C).all()
+    packed = np.zeros((1, 9, 3))
+    for L, taut in ((0.081, False), (0.079, True)):  # eight rings of 1 cm
+        force = SlidingCord(np.arange(9)[None], cord(L=L, size=0.01, friction=friction), True)
+        assert (force.account(0.0, packed, v).stored_energy > 0) == taut
+        assert not force.force(0.0, packed, v)[0, :-1].any()
+
+
+@pytest.mark.parametrize("friction", [0.1, 0.5])
+def test_tensions_fall_from_ring_to_ring_by_the_capstan_rule(friction):
+    """On a regular polygon wound in fast at its begin, each ring turns the cord by 2π/k: N falls by e^{−μ 2π/k}."""
+    k = 12
+    x = np.concatenate((polygon(k, 1.0), np.zeros((1, 3))))[None]
+    v = np.zeros_like(x)
+    v[0, -1, 0] = 1e6  # far over the creep speed also at the last ring
+    L = 0.9 * 2 * k * np.sin(np.pi / k)
+    one, both = (
+        SlidingCord(np.arange(k + 1)[None], cord(L=L, friction=friction, theta=theta), True)
+        for theta in (1.0, 0.5)
+    )
+    # angles are smoothed by 1e-3 of them
+    step = np.exp(-friction * (2 * np.pi / k - 1e-3))
+    N = one.tensions(0.0, x, v)
+    np.testing.assert_allclose(N[1:] / N[:-1], step, rtol=1e-6)
+    mean = SlidingCord(np.arange(k + 1)[None], cord(L=L), True).tensions(0.0, x, v)
+    assert N.mean() == pytest.approx(mean[0], rel=1e-12)
+    # wound in at both ends, the cord's middle stands still at the ring opposite
+    N = both.tensions(0.0, x, v)
+    np.testing.assert_allclose(N, N[::-1], rtol=1e-9)
+    np.testing.assert_allclose(N[1:6] / N[:5], step, rtol=1e-6)
+    assert N[5] == pytest.approx(N[6], rel=1e-9)
+
+
+def test_atwoods_machine_with_a_capstan_falls_as_it_should():
+    """a = g (m₂ − m₁ e^{μφ})/(m₂ + m₁ e^{μφ}) over a ring that turns the cord by φ = π."""
+    m1, m2, g, friction = 1.0, 3.0, 10.0, 0.2
+    places = np.array([[0.0, 0.0, -1.0], [0.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
+    ratio = np.exp(friction * (np.pi - 2e-3))  # smoothed by 1e-3 at 0 and at π
+    a = g * (m2 - m1 * ratio) / (m2 + m1 * ratio)
+    N = 0.5 * (m1 * (g + a) + m2 * (g - a))
+    net = ringed(places, closed=False, length=2.0, extra={"light": [0], "ring": [1], "heavy": [2]}.items())
+    system = system_of(
+        net,
+        Rings(size=1e-6, friction=friction, creep_speed=1e-3),
+        material=STIFF,
+        mass={"light": m1, "heavy": m2},
+        damping=Dashpot(viscosity_time=1e-3),
+        restraints=[Restraint("ring"), Restraint("drum", axes="x")],
+        loads=[NodalLoad("light", [0, 0, -m1 * g]), NodalLoad("heavy", [0, 0, -m2 * g])],
+    )
+    x = net.nodes.copy()
+    x[[0, 2], 2] -= N / 1e5
+    v = np.zeros_like(x)
+    v[0, 2], v[2, 2] = 0.2, -0.2  # it slides already
+    flight = simulate(system, State.at(x, v), [0.0, 0.2, 0.4], options=TIGHT)
+    for frame in (flight[1], flight[2]):
+        # the strain at the start is that of the mean tension; the creep speed is 5e-3 of the slowest sliding,
+        # friction 1e-5 short; segments of different tension stretch alike: 1e-4 of a second length
+        assert frame.v[0, 2] == pytest.approx(0.2 + a * frame.t, rel=1e-3)
+    lost = flight[-1].books.dissipated_energy
+    way = flight[-1].x[0, 2] - x[0, 2]
+    tensions = m1 * (g + a), m2 * (g - a)
+    assert lost == pytest.approx((tensions[1] - tensions[0]) * way, rel=2e-3)
+    # and against a weight less than e^{μφ} times heavier it stays, but for the creep
+    held = system_of(
+        net,
+        Rings(size=1e-6, friction=friction, creep_speed=1e-3),
+        material=STIFF,
+        mass={"light": m1, "heavy": m2},
+        damping=Dashpot(viscosity_time=1e-3),
+        restraints=[Restraint("ring"), Restraint("drum", axes="x")],
+        loads=[NodalLoad("light", [0, 0, -m1 * g]), NodalLoad("heavy", [0, 0, -1.5 * m1 * g])],
+    )
+    x[[0, 2], 2] = -1.0 - 1.25 * m1 * g / 1e5
+    last = simulate(held, State.at(x, np.zeros_like(x)), [0.0, 1.0], options=TIGHT)[-1]
+    u = np.log(1.5) / (friction * (np.pi - 2e-3))
+    assert last.v[0, 2] == pytest.approx(1e-3 * u / np.sqrt(1 - u**2), rel=1e-2)
+
+
+def steps_of(friction, products, seed):
+    rng = default_rng(seed)
+    k = 10
+    net = ringed(polygon(k, 1.0) + 0.1 * rng.standard_normal((k, 3)))
+    system = system_of(
+        net,
+        Rings(size=1e-3, friction=friction, fastened=False),
+        mass=0.1,
+        material=Material(youngs_modulus=1e9, linear_density=1e-9, area=1e-6, toe_strain=1e-3),
+        drum=winding(1.0),
+        damping=Dashpot(viscosity_time=1e-3),
+    )
+    flight = simulate(
+        system,
+        State.at(net.nodes, np.zeros_like(net.nodes)),
+        [0.0, 2.5],
+        options=SolverOptions(products=products),
+    )
+    return flight.statistics["steps"]
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.3])
+def test_newton_has_the_whole_tangent_of_a_cord(friction):
+    """Frozen products need as many steps as the true Jacobian, by chance and over three starts.
+
+    With a toe: a frozen matrix does not see the cord go taut, which without a toe costs a fifth more steps.
+    """
+    frozen, true = (
+        sum(steps_of(friction, products, seed) for seed in range(3)) for products in ("frozen", "true")
+    )
+    assert true > 300
+    assert frozen < 1.15 * true
+
+
+def test_strain_tension_and_energy_of_a_cord_are_those_of_its_whole_length():
+    rng = default_rng(8)
+    k = 9
+    places = polygon(k, 1.0) + 0.3 * rng.standard_normal((k, 3))
+    net = ringed(places)
+    system = system_of(net, Rings(size=1e-4), mass=0.1)
+    x = net.nodes * 1.05 + 0.02 * rng.standard_normal(net.nodes.shape)
+    x[k] = [0.1, 0.0, 0.0]
+    ends = x[net.cables]
+    h = np.hypot(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1), 1e-4)
+    E11 = 0.5 * ((h.sum() / (net.rest_length.sum() - 0.1)) ** 2 - 1)
+    assert E11 > 0.02
+    np.testing.assert_allclose(system.strain(x), E11, rtol=1e-12)
+    np.testing.assert_allclose(system.tension(x), 100.0 * E11 * np.sqrt(1 + 2 * E11), rtol=1e-12)
+    stored = 0.5 * 100.0 * (net.rest_length.sum() - 0.1) * E11**2
+    assert system.elastic_energy(x) == pytest.approx(stored, rel=1e-12)
+    assert system.account(0.0, x, np.zeros_like(x))[0] == pytest.approx(stored, rel=1e-12)
+
+
+def test_a_cord_wound_in_whole_is_told():
+    x = np.zeros((1, 4, 3))
+    x[0, -1, 0] = 2.0
+    force = SlidingCord(np.array([[3, 5, 6, 7]]), cord(L=1.5), True)
+    with pytest.raises(
+        RunError, match=r"at t = 2\.5 s the cord through node 3 has the rest length -0\.5 m.*node 7"
+    ):
+        force.account(2.5, x, np.zeros_like(x))
+    assert np.isfinite(force.force(2.5, x, np.zeros_like(x))).all()  # Newton's iteration may try it
+
+
+@pytest.mark.parametrize(
+    ("values", "told"),
+    [
+        ({"size": 0.0}, "size is 0"),
+        ({"friction": -0.1}, "friction is -0.1"),
+        ({"creep_speed": np.nan}, "creep_speed is nan"),
+    ],
+)
+def test_rings_out_of_range_are_told(values, told):
+    with pytest.raises(InputError, match=told):
+        Rings(**values)
