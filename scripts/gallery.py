@@ -1,0 +1,96 @@
+"""The gallery of the README: each shipped scenario flown, one picture and one line for it.
+
+    python3 scripts/in_venv.py python scripts/gallery.py scripts/pictures/gallery
+
+Flies every scenario of this folder by the explicit method with 25 frames, pictures the largest mouth, or two thirds of
+the way where a net is widest at its start, and prints a row of the README's table for each.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import netdae as nd
+from netdae.run_folder import RunFolder, fly
+
+SCRIPTS = Path(__file__).resolve().parent
+FRAMES = 25
+LOOK = nd.Look(size=(640, 480), fit="net")
+
+
+def shown(script: Path, picture: Path, *, end: float | None) -> str:
+    """Fly a scenario, make its picture, and return its row.
+
+    end : s after its begin, to fly shorter; None for the whole flight
+    """
+    scenario = nd.read_scenario(script)
+    simulation = scenario.build()
+    begin, last = float(simulation.times[0]), float(simulation.times[-1])
+    times = np.linspace(begin, last if end is None else min(begin + end, last), FRAMES)
+    # no tolerances: those of a scenario for IDA say nothing to the explicit method
+    options = nd.SolverOptions("explicit", accuracy=simulation.options.accuracy)
+    simulation = replace(simulation, times=times, options=options)
+    with tempfile.TemporaryDirectory() as folder:
+        summary = fly(simulation, RunFolder(Path(folder) / "run", scenario))
+        nd.render_picture(Path(folder) / "run", picture, time=_telling(summary), look=LOOK)
+    return f"| ![{simulation.title}]({_place_of(picture)}) | `{script.name}`: {_line_of(summary)} |"
+
+
+def _telling(summary: dict[str, Any]) -> float:
+    """Time of the picture, s."""
+    begin, end = summary["solver"]["begin"], summary["deployment"]["end_time"]
+    widest = summary["deployment"].get("largest_mouth_area_time", begin)
+    return widest if widest > begin + 0.1 * (end - begin) else begin + 2 / 3 * (end - begin)
+
+
+def _line_of(summary: dict[str, Any]) -> str:
+    figures, solver = summary["deployment"], summary["solver"]
+    words = [f"{summary['title']}, {summary['net']['nodes']} knots, {figures['end_time'] - solver['begin']:.3g} s"]
+    if "largest_mouth_area" in figures:
+        words.append(
+            f"largest mouth {figures['largest_mouth_area']:.3g} m² at {figures['largest_mouth_area_time']:.3g} s"
+        )
+    words.append(f"peak tension {figures['peak_tension']:.3g} N")
+    happened = [event["name"] for event in summary["events"] if event["time"] is not None]
+    if happened:
+        words.append(f"events {', '.join(happened)}")
+    return "; ".join(words)
+
+
+def _place_of(picture: Path) -> str:
+    """The picture as the README names it."""
+    top = SCRIPTS.parent
+    return picture.resolve().relative_to(top).as_posix() if picture.resolve().is_relative_to(top) else str(picture)
+
+
+def main(arguments: list[str]) -> int:
+    """Make the gallery as the arguments ask; the exit code, 2 with one line for a user's mistake."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("folder", type=Path, help="folder of the pictures")
+    parser.add_argument("--only", nargs="+", metavar="NAME", help="scenarios by their names, without .toml")
+    parser.add_argument("--end", type=float, help="fly so many seconds only")
+    options = parser.parse_args(arguments)
+    scripts = sorted(SCRIPTS.glob("*.toml"))
+    if options.only:
+        scripts = [script for script in scripts if script.stem in options.only]
+    try:
+        options.folder.mkdir(parents=True, exist_ok=True)
+        for script in scripts:
+            print(shown(script, options.folder / f"{script.stem}.png", end=options.end), flush=True)
+    except (nd.NetdaeError, OSError) as error:
+        print(error, file=sys.stderr)
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
