@@ -78,6 +78,7 @@ def summary_of(
         "impulses": [{"time": t, "impulse": list(map(float, impulse))} for t, impulse in impulses],
         "events": [] if simulation.events is None else simulation.events.records,
         "resumes": [*resumes],
+        "notes": [*simulation.notes],
         "warnings": warnings,
         "versions": versions(),
     }

@@ -92,9 +92,9 @@ class Build:
             )
         metrics = self._metrics(system)
         options = closing_options(self._options(), self._solver, closings)
-        told = None
-        if options.in_force and not sharp_enough(options.tolerances, closings):
-            told = accuracy_told(options.tolerances, closings)
+        told = accuracy_told(options.tolerances, closings) if options.in_force else None
+        notes = () if told is None else (told,)
+        coarse = told is not None and not sharp_enough(options.tolerances, closings)
         return Simulation(
             self._title,
             system,
@@ -102,9 +102,10 @@ class Build:
             times,
             options,
             metrics,
-            (*of_mesh, *start.findings, *([told] if told else [])),
+            (*of_mesh, *start.findings, *(notes if coarse else ())),
             self._events(system, metrics, restraints),
             start.launch,
+            () if coarse else notes,
         )
 
     @contextmanager

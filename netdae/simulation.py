@@ -24,6 +24,7 @@ class Simulation:
     findings : what the author of the mesh file should know
     events : finds what happens during the flight; None where nothing is looked for
     launch : the bullets that are shot
+    notes : what was set for the flight beside what its scenario says
     """
 
     title: str
@@ -35,6 +36,7 @@ class Simulation:
     findings: tuple[str, ...] = ()
     events: EventBook | None = None
     launch: Launch | None = None
+    notes: tuple[str, ...] = ()
 
     def integrate(self, watch: tuple[Watch, ...] = (), *, resume: Memory | None = None) -> Integration:
         """Iterator over the States at `times`; over those that are left where a flight's memory is gone on from."""

@@ -194,6 +194,8 @@ def _lines(frames: int, folder: RunFolder, summary: dict[str, Any]) -> Iterator[
         )
     yield f"peak tension {figures['peak_tension']:.4g} N at t = {figures['peak_tension_time']:.4g} s"
     yield f"{solver['steps']} steps in {solver['wall_seconds']['total']:.3g} s"
+    for note in summary["notes"]:
+        yield f"note: {note}"
     for warning in summary["warnings"]:
         yield f"warning: {warning}"
 
