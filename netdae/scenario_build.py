@@ -27,7 +27,7 @@ from netdae.net import CableNet
 from netdae.options import SolverOptions
 from netdae.restraints import Drive, Restraint, mask_of
 from netdae.scenario_closed import closing_of, closing_options
-from netdae.scenario_cords import damping_of, materials_of
+from netdae.scenario_cords import damping_of, materials_of, thickest_of
 from netdae.scenario_events import event_of
 from netdae.scenario_groups import check_group
 from netdae.scenario_initial import start_of
@@ -60,7 +60,8 @@ class Build:
         times = self._times()
         net, of_mesh = self._net()
         masses = self._masses(net)
-        start = start_of(self._data.initial, net, masses, self._section)
+        own = materials_of(self._data.material, net, self._section)
+        start = start_of(self._data.initial, net, masses, self._section, cord=thickest_of(net, own))
         state = State.at(start.state.x, start.state.v, t=self._solver.begin)
         tied = self._tied(start.net, state)
         closings = self._closings(tied.net)
@@ -78,6 +79,7 @@ class Build:
         }
         joined = self._joined(closed.start.v, closed.net, restraints)
         state = State.at(closed.start.x, joined, t=self._solver.begin)
+        late = self._check_times(restraints)
         self._check_restraints(restraints, closed.net, state)
         with self._section():
             system = System(
@@ -102,7 +104,7 @@ class Build:
             times,
             options,
             metrics,
-            (*of_mesh, *start.findings, *(notes if coarse else ())),
+            (*of_mesh, *start.findings, *late, *(notes if coarse else ())),
             self._events(system, metrics, restraints),
             start.launch,
             () if coarse else notes,
@@ -262,13 +264,41 @@ class Build:
             for node, t, v in zip(held.nodes, held.times, held.velocities, strict=True)
         ]
 
+    def _check_times(self, restraints: list[Restraint]) -> tuple[str, ...]:
+        """Warnings of restraints that begin or end after the flight; raises InputError for times before it."""
+        begin, end = self._solver.begin, self._solver.end
+        late = []
+        for number, restraint in enumerate(restraints):
+            for t in restraint.changes:
+                with self._section(*self._place_of(restraint, number, restraints)):
+                    if t < begin:
+                        raise InputError(
+                            f"{restraint.name} begins or ends at {t:g} s, before the flight begins at {begin:g} s: "
+                            "give a time of the flight's own clock"
+                        )
+                if t >= end:
+                    late.append(
+                        f"{restraint.name} begins or ends at {t:g} s, after the end of the flight at {end:g} s"
+                    )
+        return tuple(late)
+
+    def _place_of(
+        self, restraint: Restraint, number: int, restraints: list[Restraint]
+    ) -> tuple[str, int | None]:
+        """Section, and number in it, that a restraint comes from."""
+        written, held = len(self._data.restraints), len(self._data.initial.ejection)
+        if number < written:
+            return "restraints", number
+        if restraint.group in ("chaser", "reel"):
+            return "tether", None
+        return ("initial", None) if held and restraint.release_velocity is not None else ("closing", None)
+
     def _check_restraints(self, restraints: list[Restraint], net: CableNet, start: State) -> None:
         """Tell what contradicts the start, or itself, by the section that it is in."""
         after = np.nextafter(start.t, math.inf)
         holding: list[Restraint] = []
         for number, restraint in enumerate(restraints):
-            written = number < len(self._data.restraints)
-            with self._section("restraints" if written else "", number if written else None):
+            with self._section(*self._place_of(restraint, number, restraints)):
                 if restraint.holds(after, {}):
                     holding.append(restraint)
                     mask_of(tuple(holding), net)
@@ -323,12 +353,10 @@ class Build:
             with self._section("events", number):
                 events.append(event_of(entry, events, has=has))
         for number, restraint in enumerate(restraints):
-            written = number < len(self._data.restraints)
-            of_drum = restraint.group not in ("chaser", "reel")
-            place = "restraints" if written else "closing" if of_drum else "tether"
-            with self._section(place, number if written else None):
+            place = self._place_of(restraint, number, restraints)
+            with self._section(*place):
                 for name in restraint.events:
-                    event_called(name, events, by="begin or until" if written or of_drum else "lock")
+                    event_called(name, events, by="lock" if place[0] == "tether" else "begin or until")
         if not events:
             return None
         with self._section("events"):

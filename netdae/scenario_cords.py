@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from netdae import scenario_schema as schema
 from netdae.damping import Damping, Dashpot, NoDamping, Rayleigh
 from netdae.errors import InputError
-from netdae.material import Material
+from netdae.material import Cords, Material
 from netdae.net import CableNet
 from netdae.scenario_groups import check_group
 
@@ -39,6 +39,12 @@ def materials_of(
                 f'add an entry before the others with cables = "all"{missing}'
             )
     return materials
+
+
+def thickest_of(net: CableNet, materials: Mapping[str, Material]) -> float:
+    """Diameter of the thickest cord, m, taken as round."""
+    area = Cords.of(net, materials).area
+    return float(np.sqrt(4 * area.max() / np.pi))
 
 
 def damping_of(damping: schema.Damping) -> Damping:

@@ -113,7 +113,7 @@ class Initial(Section):
     )
     corners: Text = Field("corners", description="Of star: node group of the corners of the mesh.")
     cord_diameter: Thickness | None = Field(
-        None, description="Of accordion and star: least room of a layer, m."
+        None, description="Of accordion and star: least room of a layer, m; by default the thickest cord."
     )
     slack: Annotated[float, Field(gt=0, lt=0.5)] = Field(
         stowed.SLACK, description="Of accordion and star: least share of its length that a cable hangs slack."
@@ -155,17 +155,20 @@ def start_of(
     net: CableNet,
     masses: Mapping[str, float],
     section: Callable[..., AbstractContextManager[None]],
+    *,
+    cord: float = 0.0,
 ) -> Start:
     """Start of a net.
 
     masses : kg that each node of a group carries beside its cables
+    cord : m, the thickness that layers of a pack have room for where the scenario tells none
     section : called with a section's name, and number, it tells errors by them
 
     Raises InputError, through `section`, for what cannot be folded or shot.
     """
     with section("initial"):
         _check_keys(initial)
-        turned, packed = _packed(initial, net)
+        turned, packed = _packed(initial, net, cord)
         findings = _findings(initial, turned, packed)
     added = np.zeros(turned.node_count)
     for group, mass in masses.items():
@@ -191,7 +194,7 @@ def _check_keys(initial: Initial) -> None:
             )
 
 
-def _packed(initial: Initial, net: CableNet) -> tuple[CableNet, State]:
+def _packed(initial: Initial, net: CableNet, cord: float) -> tuple[CableNet, State]:
     turn, velocity = initial.rotation_deg, initial.velocity
     if initial.shape == "scaled":
         turned, start = scaled(net, initial.scale, rotation_deg=turn, velocity=velocity)
@@ -209,7 +212,7 @@ def _packed(initial: Initial, net: CableNet) -> tuple[CableNet, State]:
     canister = stowed.Canister(
         initial.canister.depth, diameter=initial.canister.diameter, side=initial.canister.side
     )
-    thickness = initial.cord_diameter or 0.0
+    thickness = cord if initial.cord_diameter is None else initial.cord_diameter
     if initial.shape == "accordion":
         return accordion(
             net,

@@ -71,7 +71,7 @@ def _covering(source: Source, solver: schema.Solver) -> Source:
     if not source.covers(begin, end):
         raise InputError(
             f"the table reaches from {source.times[0]:g} to {source.times[-1]:g} s, but the flight lasts "
-            f"from {begin:g} to {end:g} s: add rows, or end the flight earlier"
+            f"from {begin:g} to {end:g} s: add rows and fly it afresh, or end the flight earlier"
         )
     return source
 

@@ -100,6 +100,9 @@ class TetherEntry(Section):
         0.0, description="Moment of inertia of the drum over its radius squared, kg."
     )
     longest: Length | None = Field(None, description="Rest length at which the drum is empty, m.")
+    begin: TimeOrEvent | None = Field(
+        None, description="Time in s, or name of an event, at which the reel is let go; the start by default."
+    )
     lock: TimeOrEvent | None = Field(
         None, description="Time in s, or name of an event, at which the reel is locked."
     )

@@ -51,6 +51,7 @@ def tether_of(entry: TetherEntry, folder: Path, solver: schema.Solver) -> Tether
         drum_inertia=entry.drum_inertia,
         longest=entry.longest,
         lock=entry.lock,
+        begin=entry.begin,
     )
 
 
@@ -78,7 +79,7 @@ def paid_out_of(table: PayoutFile, folder: Path, solver: schema.Solver) -> Table
         first, last = motion.times[0], motion.times[-1]
         raise InputError(
             f"{table.file}: the table reaches from {first:g} to {last:g} s, but the flight lasts from "
-            f"{solver.begin:g} to {solver.end:g} s: add rows, or end the flight earlier"
+            f"{solver.begin:g} to {solver.end:g} s: add rows and fly it afresh, or end the flight earlier"
         )
     paid = float(motion.at(solver.begin)[0][0])
     if abs(paid) > 1e-12 * max(1.0, float(np.abs(s).max())):

@@ -192,7 +192,7 @@ class System:
                 first, last = source.times[0], source.times[-1]
                 raise InputError(
                     f"a table reaches from {first:g} to {last:g} s, but the flight lasts from {begin:g} to {end:g} s: "
-                    "add rows, or end the flight earlier"
+                    "add rows and fly it afresh, or end the flight earlier"
                 )
 
     def drive_from(self, x: FloatArray) -> Drive:

@@ -86,7 +86,8 @@ class Tether:
     brake_force : N, dry friction; ratchet : True where the brake lets nothing wind back
     drum_inertia : J/R², kg
     longest : m, rest length of the chain with the drum empty: a stop ends the pay-out there; None for no end
-    lock : s, or the name of an event, at which the reel is locked for good
+    begin, lock : s, or the names of events, at which the reel is let go and locked for good; it is free from the
+        start by default, and never locked
 
     Raises InputError for values that are out of range or do not go together.
     """
@@ -104,6 +105,7 @@ class Tether:
     drum_inertia: float = 0.0
     longest: float | None = None
     lock: float | str | None = None
+    begin: float | str | None = None
 
     def __post_init__(self) -> None:
         if self.elements < 1:
@@ -143,6 +145,7 @@ class Tether:
             "ratchet": self.ratchet,
             "drum_inertia": self.drum_inertia > 0,
             "longest": self.longest is not None,
+            "begin": self.begin is not None,
             "lock": self.lock is not None,
         }
         mode = "driven" if self.driven else self.payout
@@ -152,7 +155,7 @@ class Tether:
         alien = {
             "locked": set(given),
             "free": {"brake_force", "ratchet"},
-            "driven": {"brake_force", "ratchet", "longest"},
+            "driven": {"brake_force", "ratchet", "longest", "begin"},
         }.get(str(mode), set())
         for name, there in given.items():
             if there and name in alien:
@@ -161,3 +164,8 @@ class Tether:
                 )
             if not there and name in needs:
                 raise InputError(f"tether: payout is {mode}, which needs {name}: give it, above zero")
+        times = [t for t in (self.begin, self.lock) if t is not None and not isinstance(t, str)]
+        if len(times) == 2 and not times[0] < times[1]:
+            raise InputError(
+                f"tether: it is let go at {times[0]:g} s and locked at {times[1]:g} s: lock it later"
+            )

@@ -281,6 +281,8 @@ def _restraints_of(tether: Tether) -> tuple[Restraint, ...]:
     if tether.chaser.motion is not None:
         restraints.append(Restraint("chaser", motion=tether.chaser.motion))
     until = math.inf if tether.lock is None else tether.lock
+    if tether.begin is not None:
+        restraints.append(Restraint("reel", axes="x", until=tether.begin))
     if not isinstance(tether.payout, str):
         restraints.append(Restraint("reel", axes="x", motion=tether.payout, until=until))
     if tether.lock is not None:
