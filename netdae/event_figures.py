@@ -65,6 +65,7 @@ class Scene:
             "tether": len(self.tether) > 0,
             "chaser": len(self.chaser) > 0,
             "strength": bool(np.isfinite(system.strength).any()),
+            "closing": "drums" in net.node_groups,
         }
         for event in events:
             check_needs(event, [need for need, there in has.items() if there])

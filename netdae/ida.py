@@ -4,6 +4,8 @@ y = (x, v): F₁ = ẋ − v and F₂ = M v̇ − f(t, x, v), with x − x_d and
 IDA is given GMRES whose preconditioner is the exact solve with the frozen Jacobian: it converges in one
 iteration, which makes it a direct solver. Its product J·v may then hand v back as it came, and the solve that
 follows hand it back again ("frozen" products). This rests on the order of calls solve, product, solve.
+
+It takes any force. Nets of cables alone are flown by `native_ida`, which does not pass through Python at each call.
 """
 
 from __future__ import annotations
@@ -29,6 +31,7 @@ from sksundae.ida import IDA, IDAJacTimes, IDAPrecond
 
 from netdae._arrays import FloatArray
 from netdae.errors import RunError
+from netdae.ida_failures import STANDS_STILL, STUCK, failure_of, not_finite, reason_of
 from netdae.linear_solver import CondensedSolver
 from netdae.options import HIGHEST_ORDER, SolverOptions
 from netdae.restraints import Drive
@@ -41,13 +44,6 @@ _ONE_AT_A_TIME = threading.RLock()
 
 NEWTON_ITERATIONS = 4  # IDA's default limit in one attempt of a step
 DIVERGING = 0.9  # IDA's limit of the mean ratio of successive corrections
-STUCK = 1000  # steps without progress of the clock before a run is given up
-
-REASONS = {
-    -3: "the error test failed again and again, down to the smallest step",
-    -4: "Newton's iteration failed again and again, down to the smallest step",
-    -22: "its start asks for steps too small to take: look for a force or an acceleration without bound",
-}
 
 
 class IdaSolver:
@@ -62,6 +58,7 @@ class IdaSolver:
         "error_test_failures",
         "starts",
     )
+    driver = "python"
 
     def __init__(self, system: System, drive: Drive, options: SolverOptions) -> None:
         self._system = self._phase = system
@@ -117,7 +114,7 @@ class IdaSolver:
         stuck = t - self._t <= 4 * math.ulp(max(abs(t), 1e-300))
         self.counts["stuck"] = self.counts["stuck"] + 1 if stuck else 0
         if self.counts["stuck"] > STUCK:
-            raise RunError(self._failure("the clock stands still: the steps have become too small"))
+            raise RunError(self._failure(reason_of(STANDS_STILL)))
         self._t = t
         return [Step(t, y, yp)]
 
@@ -139,7 +136,7 @@ class IdaSolver:
         except KeyError as error:  # scikit-sundae has no words for some of SUNDIALS' codes
             raise RunError(self._failure(f"SUNDIALS gave up with code {error}")) from error
         if not result.success:
-            raise RunError(self._failure(REASONS.get(result.status, result.message)))
+            raise RunError(self._failure(reason_of(result.status, result.message)))
         return Step(result.t, result.y.reshape(self._shape), result.yp.reshape(self._shape))
 
     # Callbacks; the arrays they get are views of SUNDIALS' own memory
@@ -217,24 +214,11 @@ class IdaSolver:
         return bool(last > DIVERGING**iterations * first)
 
     def _raise_not_finite(self, t: float, F: FloatArray) -> None:
-        part, node, axis = np.argwhere(~np.isfinite(F))[0]
-        what = ("position", "velocity")[part]
-        raise RunError(
-            f"at t = {t:.9g} s the residual of the {what} of node {node} along {'xyz'[axis]} is not finite: "
-            "look for a load or motion that returns NaN, or for nodes that have left every bound"
-        )
+        raise RunError(not_finite(t, np.argwhere(~np.isfinite(F))[0]))
 
     def _failure(self, reason: str) -> str:
-        rtol, _, _ = self._options.tolerances
         weighted = np.abs(self._correction) / self._atol  # of the last Newton correction
-        part, node, axis = np.unravel_index(int(np.argmax(weighted)), self._shape)
-        what = ("position", "velocity")[int(part)]
-        text = f"the run failed at t = {self._t:.9g} s: {reason}; worst is the {what} of node {node}"
-        text += f" along {'xyz'[axis]}"
-        cables = np.flatnonzero((self._system.net.cables == node).any(axis=1))
-        if len(cables):
-            text += f", where cables {', '.join(map(str, cables))} end"
-        return f"{text}. Try a smaller max_step, another accuracy than rtol = {rtol:g}, or more damping"
+        return failure_of(self._system, self._t, reason, weighted, self._options.tolerances[0])
 
 
 class _Filter(io.TextIOBase):

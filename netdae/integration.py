@@ -93,14 +93,16 @@ class Integration:
     def statistics(self) -> dict[str, Any]:
         """Counts of steps, residuals, setups, solves, failures and starts, and wall seconds by part.
 
-        Failures are told from the order of IDA's calls: a setup in the middle of an attempt at a step, or a step
-        back from four corrections or from ones that shrink too slowly, is a failure of Newton's iteration; any
-        other step back is one of the error test.
+        driver, of IDA: "compiled", or "python", which tells failures from the order of IDA's calls: a setup in the
+        middle of an attempt at a step, or a step back from four corrections or from ones that shrink too slowly, is a
+        failure of Newton's iteration; any other step back is one of the error test.
         """
         counts = {name: self._solver.counts[name] for name in self._solver.COUNTS}
         seconds = {name: round(value, 6) for name, value in sorted(self._solver.seconds.items())}
+        driver = getattr(self._solver, "driver", None)
         return {
             "method": self._options.method,
+            **({} if driver is None else {"driver": driver}),
             **counts,
             "wall_seconds": {"total": round(self._seconds, 6), **seconds},
         }
@@ -344,7 +346,7 @@ def _read_only(state: State) -> State:
 
 
 _STEPPERS = {
-    "ida": ("netdae.ida", "IdaSolver"),
+    "ida": ("netdae.native_ida", "ida_stepper"),
     "explicit": ("netdae.explicit", "ExplicitSolver"),
     "cvode_bdf": ("netdae.cvode", "CvodeSolver"),
     "cvode_adams": ("netdae.cvode", "CvodeSolver"),

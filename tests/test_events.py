@@ -17,18 +17,18 @@ from netdae.event_watches import NEAR
 from netdae.events import ACTIONS, FIGURES, ActionName, Event, FigureName, check_names, event_called
 from netdae.explicit import ExplicitSolver
 from netdae.flight import simulate
-from netdae.ida import IdaSolver
 from netdae.integration import integrate
 from netdae.ivp import IvpSolver
 from netdae.material import Material
 from netdae.mouth import mouth_of, vector_area
+from netdae.native_ida import ida_stepper
 from netdae.net import CableNet
 from netdae.options import SolverOptions
 from netdae.restraints import Restraint
 from netdae.state import State
 from netdae.system import System
 
-SOLVERS = {"ida": IdaSolver, "explicit": ExplicitSolver, "dop853": IvpSolver}
+SOLVERS = {"ida": ida_stepper, "explicit": ExplicitSolver, "dop853": IvpSolver}
 SHARP = {
     "ida": SolverOptions(rtol=1e-9, atol_position=1e-11, atol_velocity=1e-10),
     "explicit": SolverOptions(method="explicit", accuracy="accurate", max_step=1e-5),

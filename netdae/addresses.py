@@ -1,0 +1,67 @@
+"""Memory behind addresses, and functions of C at addresses, for compiled code.
+
+What a callback of a C library needs hangs on one address; kernels see plain arrays again.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from llvmlite import ir  # type: ignore[import-untyped]
+from numba import carray, njit, types
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+# numba asks for these names; the functions inside generate code
+
+
+@intrinsic
+def pointer_of(typingctx: Any, address: Any) -> Any:
+    """A whole number as void*."""
+
+    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        return builder.inttoptr(args[0], cgutils.voidptr_t)
+
+    return types.voidptr(types.int64), codegen
+
+
+@intrinsic
+def address_of(typingctx: Any, pointer: Any) -> Any:
+    """void* as a whole number."""
+
+    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        return builder.ptrtoint(args[0], ir.IntType(64))
+
+    return types.int64(types.voidptr), codegen
+
+
+@intrinsic
+def call(typingctx: Any, f: Any, arguments: Any) -> Any:
+    """Call a function of C at the address f, which returns an int, with a tuple of ints, words and doubles."""
+
+    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        kinds = [context.get_value_type(kind) for kind in sig.args[1]]
+        kind = ir.FunctionType(ir.IntType(32), kinds)
+        given = [builder.extract_value(args[1], k) for k in range(len(kinds))]
+        return builder.call(builder.inttoptr(args[0], kind.as_pointer()), given)
+
+    return types.int32(types.int64, arguments), codegen
+
+
+@njit(cache=True)
+def floats(address: int, shape: Any) -> Any:
+    """Array of reals at an address."""
+    return carray(pointer_of(address), shape, np.float64)
+
+
+@njit(cache=True)
+def ints(address: int, shape: Any) -> Any:
+    """Array of whole numbers at an address."""
+    return carray(pointer_of(address), shape, np.int64)
+
+
+@njit(cache=True)
+def bools(address: int, shape: Any) -> Any:
+    """Array of truth values at an address."""
+    return carray(pointer_of(address), shape, np.bool_)

@@ -1,0 +1,197 @@
+"""The record of a system for `ida_calls`: what compiled code works on, with the arrays behind its addresses."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from netdae._arrays import FloatArray
+from netdae.block_ldl import BlockLdl
+from netdae.forces.loads import UniformLoad
+from netdae.forces.rayleigh import MassDamping, StiffnessDamping
+from netdae.ida_books import RATES
+from netdae.ida_layout import RECORD
+from netdae.kernel_forces import KernelForces
+from netdae.options import SolverOptions
+from netdae.restraints import Drive
+from netdae.signals import Table
+from netdae.system import System
+
+MARGIN = 0.02  # of the shortest cable: those that lack more to be taut are passed over until the net has moved so far
+
+
+class IdaRecord:
+    """Numbers by `[name]`, and `arrays` by name, of which compiled code has the addresses.
+
+    rows : steps that a chunk has at most
+    address : of the record; whole : whether K is factored whole, as Rayleigh damping asks for
+    """
+
+    def __init__(self, system: System, drive: Drive, options: SolverOptions, rows: int) -> None:
+        self._record = np.zeros(1, RECORD)
+        self.address = int(self._record.ctypes.data)
+        self.arrays: dict[str, Any] = {}
+        self._drive = drive
+        self._entry = np.flatnonzero(drive.mask)
+        self._loads = [force for force in system.forces if isinstance(force, UniformLoad)]
+        self.whole = any(isinstance(force, StiffnessDamping | MassDamping) for force in system.forces)
+        self._place_net(system)
+        self._place_matrix(system)
+        self._place_chunk(rows, 6 * len(system.mass))
+        rtol, atol_position, atol_velocity = options.tolerances
+        self.set(
+            rtol=rtol, atol_position=atol_position, atol_velocity=atol_velocity, not_finite=-1, singular=-1
+        )
+
+    def __getitem__(self, name: str) -> Any:
+        return self._record[name][0].item()
+
+    def set(self, **numbers: float) -> None:
+        """Set numbers by name."""
+        for name, value in numbers.items():
+            self._record[name] = value
+
+    def take(self, name: str) -> int:
+        """A count, which begins anew."""
+        value = int(self[name])
+        self._record[name] = 0
+        return value
+
+    def go_on(self, part: System, t: float) -> None:
+        """Loads and restrained axes as they are from t on in a part of a phase, in which they are linear in time."""
+        arrays, begin, end = self.arrays, part.inside(t), part.inside(np.inf)
+        self.set(since=begin)
+        arrays["push_start"][:] = arrays["push_rate"][:] = 0.0
+        for load in self._loads:
+            for name, value in zip(
+                ("push_start", "push_rate"), _line_of(load.signal, begin, end), strict=True
+            ):
+                np.add.at(arrays[name].reshape(-1, 3), load.nodes[:, 0], load.weight[:, None] * value)
+        if len(self._entry):
+            x_d, v_d, _ = self._drive.at(begin)
+            arrays["held_place"][:], arrays["held_speed"][:] = (
+                x_d.ravel()[self._entry],
+                v_d.ravel()[self._entry],
+            )
+
+    def _place(self, **arrays: Any) -> None:
+        for name, array in arrays.items():
+            kept = np.array(array, order="C")
+            self.arrays[name] = kept
+            self._record[name] = kept.ctypes.data
+
+    def _place_net(self, system: System) -> None:
+        forces = KernelForces.of(system)
+        cords, drags, entry = forces.cords, forces.drags, self._entry
+        n3, m = 3 * len(system.mass), len(cords.L2)
+        loaded = n3 if self._loads else 0
+        self.set(
+            n=len(system.mass),
+            cables=len(cords.L2),
+            plain=cords.plain,
+            drags=len(drags.ends),
+            alphas=len(drags.alpha),
+            pushes=loaded,
+            held=len(entry),
+            reach=MARGIN * float(np.sqrt(cords.L2.min(initial=np.inf))) / (2 * np.sqrt(3)) if m else 0.0,
+        )
+        self._place(
+            mass=system.mass,
+            ends=cords.ends.astype(np.int64),
+            **{
+                name: getattr(cords, name)
+                for name in ("L2", "half", "viscous", "EA", "eps", "engineering", "tau")
+            },
+            drag_ends=drags.ends.astype(np.int64),
+            drag_viscosity=drags.viscosity,
+            alpha=drags.alpha,
+            push_start=np.zeros(loaded),
+            push_rate=np.zeros(loaded),
+            held_entry=entry.astype(np.int64),
+            held_place=np.zeros(len(entry)),
+            held_speed=np.zeros(len(entry)),
+            near=np.zeros(m, dtype=np.int64),
+            near_number=np.zeros(1, dtype=np.int64),
+            near_x=np.full(n3, np.nan),
+            dashpots=np.zeros(m, dtype=np.int64),
+            dashpot_q=np.zeros(m),
+            forces=np.zeros(n3),
+        )
+
+    def _place_matrix(self, system: System) -> None:
+        pattern, n = system.pattern, len(system.mass)
+        m, blocks = len(system.cables.L), len(pattern.rows)
+        ldl = BlockLdl(pattern)
+        diagonal = np.zeros(n, dtype=np.int64)
+        on = pattern.rows == pattern.columns
+        diagonal[pattern.rows[on]] = np.flatnonzero(on)
+        places = pattern.places_of(system.cables.nodes)
+        constant = np.zeros((0, 3, 3))
+        if self.whole:
+            rest = np.zeros_like(system.net.nodes)
+            constant = system.without(np.ones(m, dtype=np.bool_)).tangent_blocks(0.0, rest, rest)[1]
+            held = system.restrained
+            constant[held[pattern.rows][:, :, None] | held[pattern.columns][:, None, :]] = 0.0
+        free = (~self._drive.mask).ravel().astype(np.float64) if self._drive.mask.any() else np.zeros(0)
+        mass = np.repeat(system.mass, 3)
+        off = max(len(ldl._row), m)  # where two cables join the same nodes there are fewer blocks than cables
+        self.set(blocks=blocks, constant=len(constant), free=len(free), off=off, L_size=len(ldl._L_row))
+        self._place(
+            K=np.zeros((blocks, 3, 3)),
+            constant_blocks=constant,
+            diagonal=diagonal,
+            beside=np.maximum(places[:, 0, 1], places[:, 1, 0]),
+            free_axes=free,
+            inverse=np.divide(1.0, mass, out=np.zeros_like(mass), where=mass > 0),
+            taut=np.zeros(m, dtype=np.int64),
+            d=np.zeros((m, 3)),
+            c=np.zeros(m),
+            graph_counts=np.array([0, n, len(ldl._row)] if self.whole else [0, 0, 0]),
+            order=ldl._order,
+            place=np.full(n, -1),
+            members=ldl._order,
+            member_diagonal=ldl._diagonal,
+            column_start=ldl._column_start.astype(np.int64),
+            row=np.resize(ldl._row, off),
+            source=np.resize(ldl._source, off),
+            flipped=np.resize(ldl._flipped, off),
+            present=np.zeros(off, dtype=np.bool_),
+            parent=ldl._parent,
+            L_start=ldl._L_start,
+            L_row=ldl._L_row,
+            L=ldl._L,
+            pivots=ldl._pivots,
+            flag=ldl._flag,
+            L_count=ldl._count,
+            path=ldl._path,
+            stack=ldl._stack,
+            Y=ldl._Y,
+            work=ldl._y,
+            right=np.zeros((n, 3)),
+        )
+
+    def _place_chunk(self, steps: int, size: int) -> None:
+        rows = steps + 1
+        self._place(
+            times=np.zeros(rows),
+            states=np.zeros((rows, size)),
+            slopes=np.zeros((rows, size)),
+            books=np.zeros((rows, RATES)),
+            tensions=np.zeros(rows),
+            rates=np.zeros(RATES),
+            middle_rates=np.zeros(RATES),
+            middle=np.zeros(size),
+            clock=np.zeros(2),
+            system=np.zeros(8),
+            z=np.zeros(size),
+        )
+
+
+def _line_of(signal: Any, begin: float, end: float) -> tuple[FloatArray, FloatArray]:
+    """Value (3,) at `begin` and rate (3,) of a signal that is linear from there to `end`."""
+    start = signal(begin)
+    if not isinstance(signal, Table):
+        return start, np.zeros(3)
+    end = min(end, float(signal.times[-1]))
+    return start, (signal(end) - start) / (end - begin) if end > begin else np.zeros(3)

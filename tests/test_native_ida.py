@@ -1,0 +1,393 @@
+"""The compiled driver of IDA against the one from Python, against IDA's own polynomial, and where it gives way."""
+
+import gc
+import logging
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import SOFT, line, random_net, random_velocities, reference_flight
+
+from netdae import ida_memory, integration, native_ida, sundials
+from netdae.damping import Dashpot, NoDamping, Rayleigh
+from netdae.errors import RunError
+from netdae.flight import simulate
+from netdae.forces.loads import Gravity, NodalLoad
+from netdae.ida import IdaSolver
+from netdae.integration import integrate
+from netdae.material import Material
+from netdae.motions import Steady, TableMotion
+from netdae.native_ida import NativeIda, ida_stepper
+from netdae.options import SolverOptions
+from netdae.restraints import Restraint
+from netdae.signals import Pulse, Table
+from netdae.state import State
+from netdae.system import System
+
+TOE = Material(youngs_modulus=1e7, density=1000.0, diameter=2e-3, toe_strain=0.02)
+SPRING = Material(youngs_modulus=1e7, density=1000.0, diameter=2e-3, law="engineering", toe_strain=0.01)
+SLOPE = Table([0.0, 0.013, 0.04, 1.0], [[0, 0, 0], [0, 3, 0], [1, 0, 0], [1, 0, 2]])
+SWAY = Table([0.0, 0.5, 1.0], [[0, 0, 0], [0, 3, 0], [1, 0, 0]], interpolation="cubic")
+DAMPINGS = {
+    "none": NoDamping(),
+    "dashpot": Dashpot(viscosity_time=1e-4),
+    "rayleigh": Rayleigh(alpha=2.0, beta=1e-3),
+}
+GROUND = Gravity([0.0, 0.0, -9.81])
+TOW = Restraint("one", axes="xz", motion=Steady((0.5, 0.0, -0.3)))
+KNOWN = {
+    "sharp": (SOFT, "none", [], []),
+    "toe": (TOE, "dashpot", [], []),
+    "engineering": (SPRING, "dashpot", [GROUND], [Restraint("few")]),
+    "guided": (SOFT, "dashpot", [GROUND], [Restraint("few", axes="xz")]),
+    "rayleigh": (SOFT, "rayleigh", [GROUND], [Restraint("few", axes="yz")]),
+    "pulse": (SOFT, "dashpot", [NodalLoad("few", Pulse([9.0, 0.0, 0.0], 0.011, 0.023))], []),
+    "table": (SOFT, "rayleigh", [NodalLoad("few", SLOPE), GROUND], []),
+    "towed": (TOE, "rayleigh", [NodalLoad("few", SLOPE)], [TOW, Restraint("few")]),
+}
+TIGHT = SolverOptions(rtol=1e-10, atol_position=1e-11, atol_velocity=1e-9)
+
+
+def made(name):
+    """A random net with half of its cables taut, and its start."""
+    cord, damping, loads, restraints = KNOWN[name]
+    net = random_net(3)
+    system = System(
+        net, cord, damping=DAMPINGS[damping], masses={"few": 0.2}, loads=loads, restraints=restraints
+    )
+    v = random_velocities(net)
+    for restraint in restraints:
+        nodes, axes = restraint.nodes_of(net), restraint.axis_indices
+        v[np.ix_(nodes, axes)] = restraint.motion.at(0.0)[1][axes]
+    return system, State.at(net.nodes, v)
+
+
+def driven_by(monkeypatch, driver):
+    where = {"compiled": ("netdae.native_ida", "ida_stepper"), "python": ("netdae.ida", "IdaSolver")}
+    monkeypatch.setitem(integration._STEPPERS, "ida", where[driver])
+
+
+@pytest.fixture
+def compiled(monkeypatch):
+    driven_by(monkeypatch, "compiled")
+
+
+def stepper_of(system, start, options=None):
+    return ida_stepper(system, system.drive_from(start.x), options or SolverOptions())
+
+
+def entered(system, start, options=None):
+    """The compiled driver at its start."""
+    solver = stepper_of(system, start, options)
+    assert isinstance(solver, NativeIda)
+    a = system.acceleration(0.0, start.x, start.v)
+    solver.enter(system, 0.0, np.stack((start.x, start.v)), np.stack((start.v, a)))
+    return solver
+
+
+@pytest.mark.parametrize("name", KNOWN)
+def test_it_flies_as_the_driver_from_python(name, monkeypatch):
+    """At tight tolerance and before chaos: the global error of both is up to a thousand times 1e-11 m."""
+    system, start = made(name)
+    flights = []
+    for driver in ("compiled", "python"):
+        driven_by(monkeypatch, driver)
+        flights.append(simulate(system, start, np.linspace(0.0, 0.05, 6), options=TIGHT))
+    for one, other in zip(*flights, strict=True):
+        np.testing.assert_allclose(one.x, other.x, rtol=0, atol=1e-7)
+        np.testing.assert_allclose(one.v, other.v, rtol=0, atol=1e-5)
+        for field in ("dissipated_energy", "external_work", "external_impulse", "external_angular_impulse"):
+            of_one, of_other = (np.array(getattr(state.books, field)) for state in (one, other))
+            np.testing.assert_allclose(of_one, of_other, rtol=0, atol=1e-6, err_msg=field)
+    # both tell the largest tension at their internal steps, which are not the same
+    peaks = [flight.peak_tension.max() for flight in flights]
+    assert peaks[0] == pytest.approx(peaks[1], rel=1e-3)
+
+
+@pytest.mark.parametrize("name", KNOWN)
+def test_with_ida_s_own_settings_it_makes_the_same_steps(name, monkeypatch):
+    monkeypatch.setattr(ida_memory, "KEPT_STEPS", (1.0, 2.0))
+    monkeypatch.setattr(ida_memory, "KEPT_CJ", 0.25)
+    monkeypatch.setattr(ida_memory, "KEPT_CJ_WHOLE", 0.25)
+    monkeypatch.setattr(ida_memory, "NEWTON_TOLERANCE", 0.33)
+    system, start = made(name)
+    counts, last = [], []
+    for driver in ("compiled", "python"):
+        driven_by(monkeypatch, driver)
+        flight = simulate(system, start, [0.0, 0.02])
+        counts.append({key: flight.statistics[key] for key in ("steps", "residuals", "setups", "solves")})
+        last.append(flight[-1].x)
+    assert counts[0] == counts[1]
+    assert counts[0]["steps"] > 15
+    np.testing.assert_allclose(*last, rtol=0, atol=1e-9)  # of round-off that snaps have amplified
+
+
+@pytest.mark.parametrize("name", KNOWN)
+def test_its_books_are_those_of_the_ledger(name, monkeypatch, compiled):
+    """Frames and steps with the shares that it tells, and without, so that the ledger integrates itself."""
+    system, start = made(name)
+    times = np.linspace(0.0, 0.05, 40)
+    monkeypatch.setattr(native_ida, "CHUNK", 1)
+    flights = [simulate(system, start, times)]
+    step, output = NativeIda.step, NativeIda.output
+    monkeypatch.setattr(NativeIda, "step", lambda self, t: [s._replace(share=None) for s in step(self, t)])
+    monkeypatch.setattr(NativeIda, "output", lambda self, t: output(self, t)._replace(share=None))
+    flights.append(simulate(system, start, times))
+    for one, other in zip(*flights, strict=True):
+        np.testing.assert_array_equal(one.x, other.x)
+        # the same sums in another order
+        assert one.books.dissipated_energy == pytest.approx(
+            other.books.dissipated_energy, rel=1e-10, abs=1e-12
+        )
+        assert one.books.external_work == pytest.approx(other.books.external_work, rel=1e-10, abs=1e-12)
+        for field in ("external_impulse", "external_angular_impulse"):
+            np.testing.assert_allclose(
+                getattr(one.books, field), getattr(other.books, field), rtol=1e-10, atol=1e-12, err_msg=field
+            )
+        assert one.books.peak_tension == pytest.approx(other.books.peak_tension, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", ["towed", "pulse"])
+def test_chunks_change_nothing(name, monkeypatch, compiled):
+    system, start = made(name)
+    times = np.linspace(0.0, 0.05, 12)
+    flights = []
+    for chunk in (1, 3, 64):
+        monkeypatch.setattr(native_ida, "CHUNK", chunk)
+        flights.append(simulate(system, start, times))
+    for flight in flights[1:]:
+        assert flight.statistics["steps"] == flights[0].statistics["steps"]
+        np.testing.assert_array_equal(flight.positions, flights[0].positions)
+        np.testing.assert_array_equal(flight.accelerations, flights[0].accelerations)
+        # sums over a chunk, then over chunks
+        np.testing.assert_allclose(flight.dissipated_energy, flights[0].dissipated_energy, rtol=1e-12)
+        np.testing.assert_allclose(flight.external_work, flights[0].external_work, rtol=1e-10, atol=1e-13)
+        assert flight.peak_tension.max() == flights[0].peak_tension.max()
+
+
+def test_a_flight_is_repeated_bit_for_bit(compiled):
+    system, start = reference_flight(6)
+    one, other = (simulate(system, start, [0.0, 0.5]) for _ in range(2))
+    np.testing.assert_array_equal(one.positions, other.positions)
+    np.testing.assert_array_equal(one.dissipated_energy, other.dissipated_energy)
+
+
+def test_every_step_is_told_where_it_is_asked_for():
+    system, start = reference_flight(4)
+    solver = entered(system, start)
+    solver.every_step = True
+    for k in range(30):
+        assert len(solver.step(0.5)) == 1
+        assert solver.counts["steps"] == k + 1
+
+
+def test_max_step_bounds_the_steps():
+    system, start = reference_flight(4)
+    solver = entered(system, start, SolverOptions(max_step=1e-4))
+    solver.step(0.02)
+    assert np.diff(solver._arrays["times"][: solver._row + 1]).max() <= 1e-4 * (1 + 1e-12)
+    assert solver._row > 8
+
+
+def test_a_chunk_ends_in_time_and_tells_the_largest_tension():
+    """The first step of a chunk may be longer than its span; those around a new largest tension are told too."""
+    system, start = reference_flight(6)
+    told = []
+    for chunk in (1, 64):
+        solver = entered(system, start)
+        solver.every_step = chunk == 1
+        t, seen = 0.0, []
+        while t < 0.9:
+            before, steps = t, solver.step(0.9)
+            assert len(steps) <= 4
+            t = steps[-1].t
+            if chunk > 1 and t - before > native_ida.SPAN:
+                inner = solver._arrays["times"][: solver._row + 1]
+                assert inner[-2] - inner[0] < native_ida.SPAN
+            seen += [(step.t, system.peak_tension(step.y[0])) for step in steps]
+        told.append((len(seen), max(seen, key=lambda row: row[1])))
+    assert told[0][1] == told[1][1]
+    assert told[1][0] < 0.3 * told[0][0]
+
+
+@pytest.mark.parametrize("accuracy", ["fast", "standard", "accurate"])
+def test_states_between_steps_are_those_of_ida_s_own_polynomial(accuracy):
+    """Both interpolate what is right to the tolerance; the norm is IDA's, and they differ by a part of it."""
+    system, start = reference_flight(6)
+    options = SolverOptions(accuracy=accuracy)
+    rtol, atol_position, atol_velocity = options.tolerances
+    solver = entered(system, start, options)
+    solver.every_step = True
+    t, differences = 0.0, []
+    y = np.empty((2, *start.x.shape))
+    atol = np.array([atol_position, atol_velocity])[:, None, None]
+    while t < 0.45:
+        (step,) = solver.step(0.45)
+        for share in (0.25, 0.5, 0.75):
+            at = t + share * (step.t - t)
+            solver._memory.polynomial(at, y.reshape(-1))
+            inner = solver.output(at)
+            d = 1e-3 * (step.t - t)
+            rate = (solver.output(at + d).y[1] - solver.output(at - d).y[1]) / (2 * d)
+            # of a cubic, of round-off, and of d² of its third derivative
+            np.testing.assert_allclose(inner.yp[1], rate, rtol=1e-4, atol=1e-4 * np.abs(rate).max() + 1e-6)
+            differences.append(np.sqrt(np.mean(((inner.y - y) / (rtol * np.abs(y) + atol)) ** 2)))
+        t = step.t
+    assert np.quantile(differences, 0.99) < 0.3
+    assert np.median(differences) < 0.1
+
+
+class Odd:
+    """A force that no compiled code knows."""
+
+    nodes = np.array([[2]])
+    newton, jumps, kinks, external = "nothing", (), (), True
+
+    def force(self, t, x, v):
+        return np.zeros((1, 1, 3))
+
+
+UNKNOWN = {
+    "force": {"forces": [Odd()]},
+    "function": {"loads": [NodalLoad("last", lambda t: [t, 0, 0])]},
+    "cubic table": {"loads": [NodalLoad("last", SWAY)]},
+    "motion": {"restraints": [Restraint("first", motion=TableMotion([0.0, 1.0], np.zeros((2, 3))))]},
+}
+
+
+@pytest.mark.parametrize("name", UNKNOWN)
+def test_what_it_does_not_know_is_left_to_python(name):
+    system = System(line(4), SOFT, damping=NoDamping(), **UNKNOWN[name])
+    assert isinstance(stepper_of(system, State.at(system.net.nodes)), IdaSolver)
+
+
+def test_true_products_are_left_to_python():
+    system, start = reference_flight(2)
+    assert isinstance(stepper_of(system, start, SolverOptions(products="true")), IdaSolver)
+    assert isinstance(stepper_of(system, start), NativeIda)
+
+
+def odd_slots(address, index=0):
+    return 0
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "words"),
+    [
+        ("VERSION", 8, r"version 7, expected 8"),
+        ("_SIGNATURES", {**sundials._SIGNATURES, "IDAFly": (None, ())}, "SUNDIALS has no IDAFly"),
+        ("word", odd_slots, "not where it was expected"),
+        ("importlib", None, None),
+    ],
+)
+def test_another_library_than_expected_is_left_to_python(name, value, words, monkeypatch, caplog):
+    if words is None:
+        monkeypatch.setattr(sundials.importlib.util, "find_spec", lambda package: None)
+        words = "is not there"
+    else:
+        monkeypatch.setattr(sundials, name, value)
+    sundials.sundials.cache_clear()
+    system, start = reference_flight(2)
+    with caplog.at_level(logging.INFO):
+        assert isinstance(stepper_of(system, start), IdaSolver)
+    assert re.search(f"driven from Python, which is slower: .*{words}", caplog.text)
+    sundials.sundials.cache_clear()
+
+
+def test_a_residual_that_is_not_finite_is_one_error_with_node_and_time(capfd):
+    system, start = made("pulse")
+    solver = entered(system, start)
+    solver.step(0.005)
+    solver._arrays["push_start"][3 * 7 + 1] = np.nan
+    words = r"at t = 0\.00\d+ s the residual of the velocity of node 7 along y is not finite"
+    with pytest.raises(RunError, match=words):
+        solver.step(0.01)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_matrix_that_leads_astray_is_counted_and_ends_in_words(capfd):
+    system, start = reference_flight(4, damping=Rayleigh(beta=1e-4))
+    solver = entered(system, start)
+    flown = solver.step(1.0)
+    solver._arrays["members"][:] = np.roll(solver._arrays["members"], 1)
+    with pytest.raises(
+        RunError,
+        match=r"t = \S+ s: Newton's iteration failed again .* worst is the \w+ of node \d+ along .*cables",
+    ):
+        flown += solver.step(1.0)
+    assert solver.counts["newton_failures"] > 5
+    assert flown[-1].t == solver._t  # the steps before the failure were told
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_net_that_nothing_holds_is_told():
+    """A knot without mass in a flat net, whose Rayleigh damping holds it in the plane only."""
+    system, start = reference_flight(2, damping=Rayleigh(beta=1e-4))
+    solver = entered(system, start)
+    solver._arrays["mass"][4] = 0.0
+    with pytest.raises(RunError, match=r"t = 0 s: the Newton matrix is singular at node 4"):
+        solver.step(1.0)
+
+
+def test_two_hundred_flights_leave_no_memory_behind(compiled):
+    """One of 11 × 11 knots has a megabyte of its own."""
+    if not Path("/proc/self/statm").exists():
+        pytest.skip("the size of the process is not told here")
+    system, start = reference_flight(10)
+
+    def size():
+        gc.collect()
+        return int(Path("/proc/self/statm").read_text().split()[1]) * 4096
+
+    def files():
+        return len(list(Path("/proc/self/fd").iterdir()))
+
+    def fly(count):
+        for _ in range(count):
+            run = integrate(system, start, [0.0, 1e-4, 1.0])
+            next(run), next(run)
+
+    fly(20)
+    before, opened = size(), files()
+    fly(200)
+    assert size() - before < 30e6
+    assert files() == opened
+
+
+def test_all_that_it_has_of_sundials_is_given_back(monkeypatch):
+    called = []
+    call = sundials.Sundials.call
+    monkeypatch.setattr(
+        sundials.Sundials,
+        "call",
+        lambda self, name, *given: (called.append(name), call(self, name, *given))[1],
+    )
+    system, start = reference_flight(2)
+    solver = entered(system, start)
+    solver.step(0.1)
+    del solver
+    for make, free in (
+        ("SUNContext_Create", "SUNContext_Free"),
+        ("N_VMake_Serial", "N_VDestroy"),
+        ("SUNDenseMatrix", "SUNMatDestroy"),
+        ("SUNLinSolNewEmpty", "SUNLinSolFreeEmpty"),
+        ("SUNNonlinSolNewEmpty", "SUNNonlinSolFreeEmpty"),
+        ("IDACreate", "IDAFree"),
+    ):
+        assert called.count(make) == called.count(free) > 0
+
+
+def test_the_python_driver_serves_where_a_restraint_begins_that_is_not_known(compiled):
+    """From compiled to Python in one flight; the counts go on."""
+    motion = TableMotion([0.0, 1.0], np.zeros((2, 3)))
+    late = Restraint("one", motion=motion, begin=0.05)
+    net = random_net(0)
+    system = System(net, SOFT, damping=DAMPINGS["dashpot"], restraints=[late])
+    run = integrate(system, State.at(net.nodes), [0.0, 0.04, 0.1])
+    drivers, steps = [], []
+    for _ in run:
+        drivers.append(run._solver.driver)
+        steps.append(run.statistics["steps"])
+    assert drivers == ["compiled", "compiled", "python"]
+    assert 0 == steps[0] < steps[1] < steps[2]
