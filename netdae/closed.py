@@ -122,22 +122,43 @@ def _cords_of(net: CableNet, closing: Closing) -> list[_Cord]:
 
 
 def _pairs_of(net: CableNet, winch: Winch) -> list[_Cord]:
-    first, second = net.nodes_of(winch.first), net.nodes_of(winch.second)
+    first, second = _ends_of(net, winch.first), _ends_of(net, winch.second)
     if len(first) != len(second) or not len(first):
         raise InputError(
-            f"closing: {winch.first!r} has {len(first)} nodes and {winch.second!r} has {len(second)}: "
+            f"closing: {_named(winch.first)} has {len(first)} nodes and {_named(winch.second)} has {len(second)}: "
             "a winch joins them by pairs, so let both have as many, and one at least"
         )
     cords = []
     for i, j in zip(first.tolist(), second.tolist(), strict=True):
         if i == j:
             raise InputError(
-                f"closing: node {i} of {winch.first!r} is its own partner in {winch.second!r}: a winch needs two nodes"
+                f"closing: node {i} of {_named(winch.first)} is its own partner in {_named(winch.second)}: "
+                "a winch needs two nodes"
             )
         length = winch.length or float(np.linalg.norm(net.nodes[j] - net.nodes[i]))
         _check_final(winch.haul, length, LEAST)
         cords.append(_Cord(np.array([[i, j]]), np.array([length]), winch))
     return cords
+
+
+def _ends_of(net: CableNet, ends: str | tuple[int, ...]) -> IntArray:
+    """Nodes at one end of a winch, in the order in which they are paired."""
+    return net.nodes_of(ends) if isinstance(ends, str) else _listed(net, ends)
+
+
+def _named(ends: str | tuple[int, ...]) -> str:
+    return repr(ends) if isinstance(ends, str) else f"the list {list(ends)}"
+
+
+def _listed(net: CableNet, numbers: tuple[int, ...]) -> IntArray:
+    """The nodes of these numbers; raises InputError where the net has no such node."""
+    nodes = np.array(numbers, dtype=np.int64)
+    missing = nodes[(nodes < 0) | (nodes >= net.node_count)]
+    if len(missing):
+        raise InputError(
+            f"closing: the cord runs through node {missing[0]}, but the net has {net.node_count} nodes"
+        )
+    return nodes
 
 
 def rings_through(net: CableNet, cord: Drawcord) -> IntArray:
@@ -157,14 +178,9 @@ def rings_through(net: CableNet, cord: Drawcord) -> IntArray:
                 "name the group of a loop that passes all rings, or list the nodes in their order"
             )
         return loop[np.isin(loop, members)]
-    nodes = np.array(cord.nodes, dtype=np.int64)
+    nodes = _listed(net, cord.nodes)
     if len(nodes) < 2:
         raise InputError(f"closing: the cord runs through {len(nodes)} node: give two or more rings")
-    missing = nodes[(nodes < 0) | (nodes >= net.node_count)]
-    if len(missing):
-        raise InputError(
-            f"closing: the cord runs through node {missing[0]}, but the net has {net.node_count} nodes"
-        )
     values, count = np.unique(nodes, return_counts=True)
     if (count > 1).any():
         raise InputError(

@@ -88,12 +88,13 @@ class Haul:
 class Winch:
     """Winches that draw each node of one group to its partner of another one.
 
-    first, second : node groups of one size, whose nodes are paired in the order of their numbers; or one node each
+    first, second : node groups of one size, whose nodes are paired in the order of their numbers; or the nodes'
+        numbers, paired in their own order
     length : L̄₀, m, of each cable; None for the distance in x̄
     """
 
-    first: str
-    second: str
+    first: str | tuple[int, ...]
+    second: str | tuple[int, ...]
     material: Material
     haul: Haul
     length: float | None = None

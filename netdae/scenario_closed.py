@@ -40,13 +40,18 @@ def closing_of(entry: WinchEntry | DrawcordEntry, net: CableNet, begin: float) -
     material, haul = Material(**entry.model_dump(include=_CORD)), Haul(**entry.model_dump(include=_HAUL))
     closing: Closing
     if isinstance(entry, WinchEntry):
-        for group in (entry.first, entry.second):
-            check_group(net.node_groups, group, "node")
-        closing = Winch(entry.first, entry.second, material, haul, entry.length)
+        closing = Winch(_ends_of(entry.first, net), _ends_of(entry.second, net), material, haul, entry.length)
     else:
         closing = _drawcord_of(entry, net, material, haul)
     check_closing(net, closing, begin)
     return closing
+
+
+def _ends_of(told: str | list[int], net: CableNet) -> str | tuple[int, ...]:
+    if not isinstance(told, str):
+        return tuple(told)
+    check_group(net.node_groups, told, "node")
+    return told
 
 
 def _drawcord_of(entry: DrawcordEntry, net: CableNet, material: Material, haul: Haul) -> Drawcord:

@@ -73,9 +73,9 @@ class WinchEntry(HauledCord):
     """Winches that draw each node of a group to its partner in another."""
 
     kind: Literal["winch"] = Field(description="Kind of closing.")
-    first: Text = Field(description="Node group at the one end.")
-    second: Text = Field(
-        description="Node group at the other end, with as many nodes, paired in the order of their numbers."
+    first: GroupOrList = Field(description="Node group at the one end, or node numbers in order.")
+    second: GroupOrList = Field(
+        description="As many nodes at the other end; groups are paired in the order of their node numbers."
     )
 
 

@@ -175,4 +175,6 @@ def _cut(text: str) -> str:
 
 def bare(error: InputError) -> str:
     """The message without the kind of thing in front, where section or file say it already."""
-    return re.sub(r"^(material|dashpot|rayleigh|table|motion|pulse|tether|reel|closing|rings): ", "", str(error))
+    return re.sub(
+        r"^(material|dashpot|rayleigh|table|motion|pulse|tether|reel|closing|rings): ", "", str(error)
+    )

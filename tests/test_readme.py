@@ -82,13 +82,15 @@ def test_the_scenario_of_the_readme_is_the_shipped_one() -> None:
 
 
 def test_the_mission_of_the_readme_flies() -> None:
-    scenario, mission = (tomllib.loads(text) for text in blocks("toml"))
+    scenario, mission, closing = (tomllib.loads(text) for text in blocks("toml"))
     net = {**scenario["net"], "cells": 6}
     small = {**scenario, **mission, "net": net, "solver": {"end": 0.01}, "output": {"frames": 3}}
     small["initial"] = {**mission["initial"], "folds": [2, 2], "canister": {"side": 3.0, "depth": 0.3}}
     simulation = Build(PROJECT / "mission.toml", "mission", ScenarioData.model_validate(small)).simulation()
     states = list(simulation.integrate())
     assert states[-1].t == 0.01
+    closed = ScenarioData.model_validate({**scenario, **closing})
+    assert len(Build(PROJECT / "closing.toml", "closing", closed).simulation().system.reels) == 5
     assert sorted(simulation.launch.held.times.tolist()) == [0.002, 0.004]
     assert [event.name for event in simulation.events.events] == ["far", "largest_mouth_area"]
 
