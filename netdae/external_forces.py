@@ -16,9 +16,12 @@ Oblateness. Over the pole the acceleration J₂ adds is 3 μ J₂ R²/r⁴ outwa
 12 μ J₂ R²/r⁵ D = 12 J₂ (R/a)² n² D. That is the largest eigenvalue of its gradient at any latitude.
 
 Displacement. A constant F moves a mass by ½ (F/m) t². Differential forces do so with the ends of the reach against
-each other, drag and sunlight with the cords against the bullets, whose areas are unknown: ½ (F/m_c) t². Inertia
-carries the net v t, a snap changes speeds by w and so shifts by w t; air cannot take away more than the path v t.
+each other, drag and sunlight with the cords against the bullets: ½ (F/m_c) t² where areas of bullets are unknown, else
+½ a t² with the larger acceleration a of cords and bodies. Inertia carries the net v t, a snap changes speeds by w and
+so shifts by w t; gravity moves it by its fall, see `scales`, and air cannot take away more than the path through it.
 Nothing moves a net that is held further than its size.
+
+Air. A net that falls in air gets no faster than u = √(2 m g/(ρ C_n A)), at which the drag is its weight.
 """
 
 from __future__ import annotations
@@ -27,17 +30,12 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from netdae import earth
 from netdae.errors import InputError
 from netdae.forces import air, free_molecular, solar
-from netdae.forces.air import AirDrag, AirOnCables
-from netdae.forces.free_molecular import MolecularDrag
+from netdae.forces.air import AirDrag
 from netdae.forces.orbit import OrbitForce
-from netdae.forces.solar import LightOnCables
-from netdae.scales import Scales, gravities_of, scales_of
-from netdae.signals import Signal
+from netdae.scales import Push, Scales, gravities_of, kind_of, push_of, scales_of
 from netdae.state import State
 from netdae.system import System
 
@@ -46,13 +44,6 @@ SIGNIFICANT = 0.01
 
 ON_GROUND = {"gravity", "air"}
 """Of what a system may have, what no orbit has."""
-
-_KINDS: dict[type, str] = {
-    OrbitForce: "orbit",
-    MolecularDrag: "drag",
-    LightOnCables: "sunlight",
-    AirOnCables: "air",
-}
 
 
 @dataclass(frozen=True)
@@ -124,11 +115,11 @@ def ranking_of(
     for name, value, unit in (("charge", charge, "C"), ("current", current, "A")):
         if not math.isfinite(value):
             raise InputError(f"{name} is {value:g} {unit}: give a finite number, zero where there is none")
-    scales, included = scales_of(system, start, flight_time), included_in(system)
+    scales, included = scales_of(system, start, flight_time), included_in(system, start.t)
     forces = [*_of_the_net(scales)]
     if altitude is not None:
         forces += _of_the_orbit(scales, altitude, included)
-        forces += _on_the_cords(system, start.t, scales, altitude)
+        forces += _on_the_surface(system, start.t, scales, altitude)
         forces.append(_lorentz(scales, altitude, charge, current))
     if included & ON_GROUND:
         forces += _of_the_ground(system, start.t, scales, included)
@@ -138,9 +129,9 @@ def ranking_of(
     return Ranking(scales, altitude, tuple(forces))
 
 
-def included_in(system: System) -> frozenset[str]:
-    """Which of orbit, drag, sunlight, air and gravity a system has."""
-    found = {kind for force in system.forces for cls, kind in _KINDS.items() if isinstance(force, cls)}
+def included_in(system: System, t: float = 0.0) -> frozenset[str]:
+    """Which of orbit, drag, sunlight, air and gravity a system has, on cords or on bodies, just after t."""
+    found = {kind for force in system.forces if (kind := kind_of(force, t)) is not None}
     return frozenset(found | ({"gravity"} if gravities_of(system) else set()))
 
 
@@ -205,41 +196,66 @@ def _of_the_orbit(s: Scales, altitude: float, included: frozenset[str]) -> Itera
         )
 
 
-def _on_the_cords(system: System, t: float, s: Scales, altitude: float) -> Iterator[ExternalForce]:
+def _on_the_surface(system: System, t: float, s: Scales, altitude: float) -> Iterator[ExternalForce]:
     """Drag and sunlight, by the figures of the system's own loads where it has them."""
-    drag = [force for force in system.forces if isinstance(force, MolecularDrag)]
-    if drag:
-        of_air = sum(2 * float(f.weight @ f.L) * _size(f.signal, t) ** 2 for f in drag)
-        drag_terms = "C_D and ρ of the scenario"
-    else:
-        V = earth.circular_speed(altitude)
-        of_air = 0.5 * earth.density(altitude) * V**2 * free_molecular.TYPICAL * s.area
-        drag_terms = f"C_D = {free_molecular.TYPICAL:g}"
-    yield ExternalForce(
+    V = earth.circular_speed(altitude)
+    yield from _pushed(
         "aerodynamic drag",
-        of_air,
-        _shift_of_cords(of_air, s),
-        bool(drag),
-        f"½ ρ V² C_D A, {drag_terms}, moves ½ (F/m_c) t²",
+        push_of(system, t, "drag"),
+        0.5 * earth.density(altitude) * V**2 * free_molecular.TYPICAL * s.area,
+        s,
+        ("½ ρ V² C_D A", "C_D and ρ of the scenario", f"C_D = {free_molecular.TYPICAL:g}"),
         "Cook 1965, Planet. Space Sci. 13, 929; ρ by Vallado 2013, Fundamentals of Astrodynamics, table 8-4",
-        '[[loads]] kind = "drag"',
+        "drag",
     )
-    light = [force for force in system.forces if isinstance(force, LightOnCables)]
-    if light:
-        of_light = sum(2 * float(f.weight @ f.L) * _size(f.signal, t) for f in light)
-        light_terms = "C_R and P of the scenario"
-    else:
-        of_light = earth.SOLAR_PRESSURE * solar.TYPICAL * s.area
-        light_terms = f"C_R = {solar.TYPICAL:g}"
-    yield ExternalForce(
+    yield from _pushed(
         "solar pressure",
-        of_light,
-        _shift_of_cords(of_light, s),
-        bool(light),
-        f"P C_R A, {light_terms}, moves ½ (F/m_c) t²",
+        push_of(system, t, "sunlight"),
+        earth.SOLAR_PRESSURE * solar.TYPICAL * s.area,
+        s,
+        ("P C_R A", "C_R and P of the scenario", f"C_R = {solar.TYPICAL:g}"),
         "Montenbruck and Gill 2000, Satellite Orbits, section 3.4; P by Kopp and Lean 2011",
-        '[[loads]] kind = "solar_pressure"',
+        "solar_pressure",
     )
+
+
+def _pushed(
+    name: str,
+    push: Push | None,
+    estimate: float,
+    s: Scales,
+    formula: tuple[str, str, str],
+    source: str,
+    kind: str,
+    path: float = math.inf,
+) -> Iterator[ExternalForce]:
+    """The system's own push where it has one, and an estimate of that on its cords, N, where they have none.
+
+    formula : the law, and the origin of its factors in the one case and in the other
+    kind : of [[loads]] in a scenario; path : m, that it cannot move the net further than
+    """
+    law, own, typical = formula
+    most = "" if path == math.inf else ", the path at most"
+    if push is not None:
+        shift = min(0.5 * push.acceleration * s.flight_time**2, path)
+        terms = f"{law}, {own}, {_moves(push)}{most}"
+        yield ExternalForce(name, push.newtons, shift, True, terms, source)
+    if push is None or push.on == "bodies":
+        shift = min(_shift_of_cords(estimate, s), path)
+        terms = f"{law}, {typical}, moves ½ (F/m_c) t²{most}"
+        if push is None:
+            remedy = f'[[loads]] kind = "{kind}"'
+        else:
+            name, remedy = f"{name} of cords", f'cables = "all" in [[loads]] kind = "{kind}"'
+        yield ExternalForce(name, estimate, shift, False, terms, source, remedy)
+
+
+def _moves(push: Push) -> str:
+    """In words: on what a push acts and what it moves."""
+    return {
+        "cords": "on cords, moves ½ (F/m_c) t²",
+        "bodies": "on bodies, moves ½ (F/m) t² with m theirs",
+    }.get(push.on, "on cords and bodies, moves the faster of them ½ (F/m) t²")
 
 
 def _lorentz(s: Scales, altitude: float, charge: float, current: float) -> ExternalForce:
@@ -263,38 +279,36 @@ def _lorentz(s: Scales, altitude: float, charge: float, current: float) -> Exter
 
 def _of_the_ground(system: System, t: float, s: Scales, included: frozenset[str]) -> Iterator[ExternalForce]:
     if "gravity" in included:
+        braked = ", braked by air to u = √(2 m g/(ρ C_n A))" if s.air else ""
         yield ExternalForce(
             "uniform gravity",
-            s.mass * s.gravity,
-            0.5 * s.gravity * s.flight_time**2,
+            s.mass * s.fall.gravity,
+            s.fall.way(s.air),
             True,
-            "m g, the largest g of the flight, moves ½ g t²",
+            f"m g, the largest g of the flight, moves ½ g t² or as far as a held net sags{braked}",
             "[[loads]] of the scenario",
         )
-    own = [force for force in system.forces if isinstance(force, AirOnCables)]
-    if own:
-        newtons = sum(2 * float(f.across @ f.L) * (_size(f.signal, t) + s.speed) ** 2 for f in own)
-        terms = "C_n, ρ and wind of the scenario"
-    else:
-        coefficient = AirDrag().normal_coefficient
-        newtons = 0.5 * air.SEA_LEVEL * s.speed**2 * coefficient * s.area
-        terms = f"at sea level, C_n = {coefficient:g}"
-    yield ExternalForce(
+    coefficient = AirDrag().normal_coefficient
+    of_cords = 0.5 * air.SEA_LEVEL * coefficient * s.area  # k, kg/m
+    v, in_air = (max(s.speed, s.fall.speed(k)) for k in (s.air, s.air + of_cords))
+    push = push_of(system, t, "air", speed=v)
+    path = max(s.speed * s.flight_time, s.fall.way(s.air if s.air else of_cords))
+    yield from _pushed(
         "air drag",
-        newtons,
-        min(_shift_of_cords(newtons, s), s.speed * s.flight_time),
-        bool(own),
-        f"½ ρ v² C_n A {terms}, moves ½ (F/m_c) t², v t at most",
+        push,
+        of_cords * in_air**2,
+        s,
+        (
+            "½ ρ v² C_n A",
+            "with C_n, ρ and wind of the scenario",
+            f"C_n = {coefficient:g} at sea level",
+        ),
         "Hoerner 1965, Fluid-Dynamic Drag, chapter 3",
-        '[[loads]] kind = "air"',
+        "air",
+        path + (push.stream * s.flight_time if push else 0.0),
     )
 
 
 def _shift_of_cords(newtons: float, s: Scales) -> float:
     """½ (F/m_c) t², m."""
     return 0.5 * newtons / s.cord_mass * s.flight_time**2
-
-
-def _size(signal: Signal, t: float) -> float:
-    """|signal| just after t."""
-    return float(np.linalg.norm(signal(math.nextafter(t, math.inf))))

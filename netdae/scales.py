@@ -1,7 +1,18 @@
-"""Scales of a net in flight: its masses, sizes and speeds, of which orders of magnitude are made.
+"""Scales of a net in flight: masses, sizes, speeds and its fall, of which orders of magnitude are made.
 
 Symbols: m mass, L size, v speed, w speed of a jerk between neighbours, D = max(L, v t) reach in the time t,
-A = Σ d L̄ area of the cords seen from the side, EĀ stiffness and λ mass per length of a cord.
+A = Σ d L̄ area of the cords seen from the side, EĀ stiffness and λ mass per length of a cord, g gravity, h sag,
+k v² drag of the air, u = √(m g/k) terminal velocity.
+
+Fall, from rest against k v²: v = u tanh(g t/u) after the way (u²/g) ln cosh(g t/u), and v² = u² (1 − exp(−2 g h/u²))
+on the way h; without air g t, ½ g t², 2 g h.
+
+Sag: of a net that is held h is how far its middle comes down. A cord of the length L between ends l apart hangs in a
+V with h = ½ √(L² − l²). If it is taut, the weight m g stretches it: the tension m g L/8h of a flat parabola and its
+strain 8/3 (h/L)² give h = L (3 m g/64 EĀ)^⅓ (H. M. Irvine 1981, Cable Structures, ch. 2). To the larger of both comes
+what is held from one side only: how far the middle is from the middle of the held knots, and how much further knots
+reach out than the held ones do. The V is taut at an angle with sin θ = 2h/L, and of the speed of the sag only
+w = v sin θ is along the cords. The fall of a free net jerks no cord.
 """
 
 from __future__ import annotations
@@ -13,10 +24,62 @@ from dataclasses import dataclass
 import numpy as np
 
 from netdae._arrays import BoolArray, FloatArray, IntArray
+from netdae.forces.air import AirOnCables
+from netdae.forces.drag import DragOnBodies
+from netdae.forces.free_molecular import MolecularDrag
 from netdae.forces.loads import UniformLoad
+from netdae.forces.orbit import OrbitForce
+from netdae.forces.protocol import Force
+from netdae.forces.solar import LightOnCables, is_light
+from netdae.restraints import Restraint
 from netdae.state import State
 from netdae.system import System
-from netdae.tether import CABLE_GROUPS, NODE_GROUPS
+from netdae.tether import CABLE_GROUPS, FOREIGN
+
+FASTEST_WIND = 1000.0
+"""m/s: what streams faster at a body is the thin air of an orbit, at 7 km/s and more; no wind on the ground is so."""
+
+
+@dataclass(frozen=True)
+class Fall:
+    """How a mass falls in uniform gravity against a drag k v², k in kg/m.
+
+    gravity : m/s², largest of the flight, zero where there is none
+    mass : kg
+    held, free : s of the flight that it is held and is not
+    sag : m, of the time that it is held
+    """
+
+    gravity: float
+    mass: float
+    held: float
+    free: float
+    sag: float
+
+    def speed(self, drag: float) -> float:
+        """Largest speed, m/s."""
+        return max(self.sag_speed(drag), self._after(self.free, drag)[0])
+
+    def way(self, drag: float) -> float:
+        """Way of the middle, m."""
+        return min(self._after(self.held, drag)[1], self.sag) + self._after(self.free, drag)[1]
+
+    def sag_speed(self, drag: float) -> float:
+        """Largest speed while it is held, m/s."""
+        square = 2 * self.gravity * self.sag
+        if drag > 0:
+            u2 = self.mass * self.gravity / drag
+            square = -u2 * math.expm1(-square / u2) if u2 > 0 else 0.0
+        return min(math.sqrt(square), self._after(self.held, drag)[0])
+
+    def _after(self, t: float, drag: float) -> tuple[float, float]:
+        """Speed in m/s and way in m after t s from rest."""
+        g = self.gravity
+        if drag == 0 or g == 0:
+            return g * t, 0.5 * g * t**2
+        u = math.sqrt(self.mass * g / drag)
+        T = g * t / u
+        return u * math.tanh(T), u**2 / g * (T + math.log1p(math.exp(-2 * T)) - math.log(2))
 
 
 @dataclass(frozen=True)
@@ -29,9 +92,10 @@ class Scales:
     impedance : kg/s, √(EĀλ) of the cord with the largest
     wave_speed : m/s, in that cord
     speed : m/s, root mean square at the start, weighed by mass; of a net at rest see `scales_of`
-    jerk : m/s, largest difference of velocity of the ends of a cable at the start
+    jerk : m/s, largest difference of velocity of the ends of a cable at the start, or that of the sag
     flight_time : s
-    gravity : m/s², largest uniform gravity during the flight, zero where there is none
+    air : kg/m, k of the air that the system has, zero where it has none
+    fall : from rest, during the flight
     held : whether nodes of the net are restrained to the end
     """
 
@@ -44,7 +108,8 @@ class Scales:
     speed: float
     jerk: float
     flight_time: float
-    gravity: float
+    air: float
+    fall: Fall
     held: bool
 
     @property
@@ -56,28 +121,30 @@ class Scales:
 def scales_of(system: System, start: State, flight_time: float) -> Scales:
     """Masses, size and speeds of the net.
 
-    Speeds are those of the start, and of the release where nodes are held before. Under gravity there is the speed
-    g t of a fall, √(2 g L) where the net is held. A net at rest else crosses its size in the flight time.
+    Speeds are those of the start, of the release where nodes are held before, and under gravity of the sag while they
+    are held. A free net is given none by its fall, see `Fall`. A net at rest else crosses its size in the flight time.
     """
     net, cords = system.net, system.cords
-    nodes = _members(net.node_groups, net.node_count, NODE_GROUPS)
+    nodes = nodes_of_net(system)
     cables = _members(net.cable_groups, net.cable_count, CABLE_GROUPS)
     mass = system.mass[nodes]
-    x, lengths = net.nodes[nodes], net.rest_length[cables]
-    size = 2 * float(np.linalg.norm(x - x.mean(axis=0), axis=1).max())
+    lengths, size = net.rest_length[cables], _span(net.nodes[nodes])
     impedances = np.sqrt(cords.axial_stiffness * cords.linear_density)[cables]
     stiffest = int(np.argmax(impedances))
+    holds = [r for r in system.restraints if nodes[r.nodes_of(net)].any()]
     g = _gravity_during(system, start.t, start.t + flight_time)
-    held = any(r.until == math.inf and nodes[r.nodes_of(net)].any() for r in system.restraints)
+    air = push_of(system, start.t, "air", speed=1.0, still=True)
+    held = max((_held_during(r, start.t, flight_time) for r in holds), default=0.0)
+    stretch = float(mass.sum()) * g / float(cords.axial_stiffness[cables].max())
+    sag = _sag_of(system, start, holds, stretch) if held > 0 else 0.0
+    fall = Fall(g, float(mass.sum()), held, flight_time - held, sag)
+    k = air.newtons if air else 0.0
     v = _speeds_of(system, start)
-    speed = math.sqrt(
-        float(mass @ np.einsum("ni,ni->n", v[nodes], v[nodes])) / max(float(mass.sum()), 1e-300)
-    )
-    if g > 0:
-        fall = g * flight_time
-        speed = max(speed, min(fall, math.sqrt(2 * g * size)) if held else fall)
-    speed = speed or size / flight_time
+    rms = math.sqrt(float(mass @ np.einsum("ni,ni->n", v[nodes], v[nodes])) / max(float(mass.sum()), 1e-300))
+    sagging = fall.sag_speed(k)
+    speed = max(rms, sagging) or size / flight_time
     ends = v[net.cables[cables]]  # (m, 2, 3)
+    jerk = float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).max())
     return Scales(
         mass=float(mass.sum()),
         cord_mass=float(cords.linear_density[cables] @ lengths),
@@ -86,10 +153,11 @@ def scales_of(system: System, start: State, flight_time: float) -> Scales:
         impedance=float(impedances[stiffest]),
         wave_speed=float(np.sqrt(cords.axial_stiffness / cords.linear_density)[cables][stiffest]),
         speed=speed,
-        jerk=float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).max()) or speed,
+        jerk=max(jerk, sagging * min(1.0, 2 * sag / size)) or speed,
         flight_time=flight_time,
-        gravity=g,
-        held=held,
+        air=k,
+        fall=fall,
+        held=any(r.until == math.inf for r in holds),
     )
 
 
@@ -99,6 +167,34 @@ def _members(groups: Mapping[str, IntArray], count: int, others: tuple[str, ...]
     for name in others:
         mask[groups.get(name, [])] = False
     return mask
+
+
+def nodes_of_net(system: System) -> BoolArray:
+    """Nodes that belong to the net, not to its tether or to drums, (n,)."""
+    return _members(system.net.node_groups, system.net.node_count, FOREIGN)
+
+
+def _span(x: FloatArray) -> float:
+    """Twice the largest distance from the middle of points x (n, 3), m."""
+    return 2 * float(np.linalg.norm(x - x.mean(axis=0), axis=1).max())
+
+
+def _held_during(restraint: Restraint, begin: float, flight_time: float) -> float:
+    """How long after `begin` a restraint holds, s; to the end if it waits for an event."""
+    if isinstance(restraint.until, str):
+        return flight_time
+    return min(max(restraint.until - begin, 0.0), flight_time)
+
+
+def _sag_of(system: System, start: State, holds: list[Restraint], stretch: float) -> float:
+    """h in m; stretch : m g/EĀ."""
+    net, nodes = system.net, nodes_of_net(system)
+    of_holds = np.unique(np.concatenate([r.nodes_of(net) for r in holds]))
+    x, held = net.nodes[nodes], net.nodes[of_holds[nodes[of_holds]]]
+    L, l = _span(x), _span(start.x[nodes])  # noqa: E741  # the page's letter
+    V = 0.5 * math.sqrt(max(L**2 - l**2, 0.0))
+    aside = float(np.linalg.norm(x.mean(axis=0) - held.mean(axis=0)))
+    return min(L, max(V, L * (3 * stretch / 64) ** (1 / 3)) + aside + 0.5 * (L - min(L, _span(held))))
 
 
 def _speeds_of(system: System, start: State) -> FloatArray:
@@ -134,4 +230,86 @@ def gravities_of(system: System) -> list[UniformLoad]:
 def _pulls_masses(load: UniformLoad, system: System) -> bool:
     nodes, pulled = load.nodes[:, 0], np.zeros(system.net.node_count, dtype=np.bool_)
     pulled[nodes] = load.weight == system.spatial_mass[nodes]
-    return bool(pulled[system.spatial_mass > 0].all())
+    return bool(pulled[system.spatial_mass > 0].all()) and not is_light(load)
+
+
+def kind_of(force: Force, t: float) -> str | None:
+    """Which of orbit, drag, sunlight and air a force is, just after t; None for others.
+
+    The drag of bodies has one law in orbit and in dense air: it is told apart by `FASTEST_WIND`.
+    """
+    match force:
+        case OrbitForce():
+            return "orbit"
+        case MolecularDrag():
+            return "drag"
+        case AirOnCables():
+            return "air"
+        case DragOnBodies():
+            return "drag" if size_of(force, t) > FASTEST_WIND else "air"
+        case _:
+            return "sunlight" if is_light(force) else None
+
+
+@dataclass(frozen=True)
+class Push:
+    """What the air, or light, does to the net.
+
+    newtons : on cords and bodies together, N
+    acceleration : m/s², the larger of that of the cords and those of the bodies, each force on the mass it acts on
+    stream : m/s, of the air, or one for light
+    on : "cords", "bodies" or "cords and bodies"
+    """
+
+    newtons: float
+    acceleration: float
+    stream: float
+    on: str
+
+
+def push_of(system: System, t: float, kind: str, *, speed: float = 0.0, still: bool = False) -> Push | None:
+    """All forces of a kind, drag, sunlight or air, that a system has on its net; None where it has none.
+
+    speed : m/s, of the net through still air; still : leaves out the wind
+    """
+    nodes = nodes_of_net(system)
+    cords, bodies, fastest, stream = 0.0, 0.0, 0.0, 0.0
+    found = [force for force in system.forces if kind_of(force, t) == kind]
+    cord_mass = float(
+        system.cords.linear_density @ (system.net.rest_length * nodes[system.net.cables].all(axis=1))
+    )
+    for force in found:
+        own = 0.0 if still else size_of(force, t)
+        acting = nodes[force.nodes].all(axis=1)
+        newtons = float(_coefficients(force) @ acting) * (own if kind == "sunlight" else (own + speed) ** 2)
+        stream = max(stream, own)
+        if force.nodes.shape[1] == 1:
+            bodies += newtons
+            mass = float(system.spatial_mass[force.nodes[acting, 0]].sum())
+            fastest = max(fastest, newtons / mass if mass > 0 else 0.0)
+        else:
+            cords += newtons
+    if not found:
+        return None
+    on = {force.nodes.shape[1] for force in found}
+    names = " and ".join(name for number, name in ((2, "cords"), (1, "bodies")) if number in on)
+    fastest = max(fastest, cords / cord_mass if cord_mass > 0 else 0.0)
+    return Push(cords + bodies, fastest, stream, names)
+
+
+def _coefficients(force: Force) -> FloatArray:
+    """What |w|² or the light is multiplied with where a force is largest, (m,)."""
+    match force:
+        case AirOnCables():
+            return 2 * force.across * force.L
+        case MolecularDrag() | LightOnCables():
+            return 2 * force.weight * force.L
+        case DragOnBodies() | UniformLoad():
+            return force.weight
+    raise TypeError(f"{type(force).__name__} is neither drag nor light")
+
+
+def size_of(force: Force, t: float) -> float:
+    """|signal| of a force just after t."""
+    signal = force.signal  # type: ignore[attr-defined]  # of all that is asked for here
+    return float(np.linalg.norm(signal(math.nextafter(t, math.inf))))

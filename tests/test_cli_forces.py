@@ -8,7 +8,7 @@ import pytest
 import netdae as nd
 from netdae.cli import main
 from netdae.cli.forces import _altitude_of
-from netdae.earth import mean_motion
+from netdae.earth import circular_speed, density, mean_motion
 from netdae.forces.orbit import Orbit
 from netdae.scenario_schema import ScenarioData
 
@@ -144,10 +144,42 @@ def test_altitude_is_that_of_the_option_then_of_the_orbit_then_usual_unless_on_t
     assert altitude() == 600e3
 
 
+def test_drag_of_bodies_alone_is_in_the_scenario(told):
+    drag = '[[loads]]\nkind = "drag"\ncables = "none"\nbodies = [{ group = "corners", diameter = 0.05 }]\n'
+    text = SHOT + "[orbit]\naltitude = 250e3\n" + drag
+    _, lines, _ = told(text, "--flight-time", "60")
+    newtons, _, included = rows_of(lines)["aerodynamic drag"]
+    assert included
+    area = 4 * 3.141593 * 0.05**2 / 4  # m², of the four corners; C_D 2.2, ρ and V of netdae.earth
+    assert newtons == pytest.approx(0.5 * density(250e3) * circular_speed(250e3) ** 2 * 2.2 * area, rel=0.05)
+    warned = [line for line in lines if line.startswith("warning ") and "drag" in line]
+    assert len(warned) == 1  # of the cords', which the scenario leaves out
+    assert re.match(r'warning +aerodynamic drag of cords .* add cables = "all" in \[\[loads', warned[0])
+
+
+def test_formula_of_air_reads_as_one(told):
+    _, lines, _ = told(ON_GROUND)
+    assert any(re.match(r" +\d  ½ ρ v² C_n A, C_n = 1\.1 at sea level, moves ", line) for line in lines)
+    _, lines, _ = told(ON_GROUND + '[[loads]]\nkind = "air"\n')
+    expected = (
+        "½ ρ v² C_n A, with C_n, ρ and wind of the scenario, on cords, moves ½ (F/m_c) t², the path at most"
+    )
+    assert any(re.fullmatch(rf" +\d  {re.escape(expected)}", line) for line in lines)
+
+
+def test_fall_is_told_where_there_is_gravity(told):
+    _, lines, _ = told(ON_GROUND)
+    assert "fall     g = 9.81 m/s², free for 0.1 s; 0.981 m/s at most" in lines
+    assert not any(line.startswith("fall") for line in told(SHOT)[1])
+
+
 @pytest.mark.parametrize("file", sorted(SCRIPTS.glob("*.toml")), ids=lambda path: path.stem)
 def test_every_scenario_of_the_scripts_can_be_ranked(file, capsys):
     assert main(["forces", str(file)]) == 0
-    assert rows_of(capsys.readouterr().out.splitlines())
+    lines = capsys.readouterr().out.splitlines()
+    assert rows_of(lines)
+    assert max(map(len, lines)) <= 140
+    assert not any("C_n A C_n" in line for line in lines)
 
 
 @pytest.mark.parametrize(

@@ -43,7 +43,7 @@ def forces(
     from netdae.scenario import read_scenario
 
     simulation = read_scenario(scenario).build()
-    height, origin = _altitude_of(simulation.system, altitude)
+    height, origin = _altitude_of(simulation.system, altitude, simulation.start.t)
     ranking = ranking_of(
         simulation.system,
         simulation.start,
@@ -56,7 +56,7 @@ def forces(
         print(line)
 
 
-def _altitude_of(system: System, given: float | None) -> tuple[float | None, str]:
+def _altitude_of(system: System, given: float | None, t: float = 0.0) -> tuple[float | None, str]:
     """Altitude in m, None on the ground, and where it comes from."""
     from netdae.external_forces import ON_GROUND, included_in, orbit_altitude
 
@@ -65,7 +65,7 @@ def _altitude_of(system: System, given: float | None) -> tuple[float | None, str
     own = orbit_altitude(system)
     if own is not None:
         return own, "by [orbit]"
-    if included_in(system) & ON_GROUND:
+    if included_in(system, t) & ON_GROUND:
         return None, "none, the scenario has gravity or air: give --altitude to rank it in orbit"
     return USUAL_ALTITUDE, "taken, as the scenario has no [orbit]: give --altitude for another"
 
@@ -78,6 +78,12 @@ def _scales(ranking: Ranking, origin: str) -> Iterator[str]:
     yield f"net      m = {s.mass:.4g} kg, cords m_c = {s.cord_mass:.4g} kg, A = {s.area:.3g} m², L = {s.size:.4g} m"
     yield f"cord     √(EĀ λ) = {s.impedance:.4g} kg/s, waves at c = {s.wave_speed:.4g} m/s, strain 2 w/c = {strain:.2g}"
     yield f"flight   t = {s.flight_time:g} s at v = {s.speed:.4g} m/s, jerks w = {s.jerk:.4g} m/s, D = {s.reach:.4g} m"
+    if s.fall.gravity > 0:
+        held = f"held for {s.fall.held:g} s it sags by h = {s.fall.sag:.3g} m, " if s.fall.held > 0 else ""
+        yield (
+            f"fall     g = {s.fall.gravity:.4g} m/s², {held}free for {s.fall.free:g} s; "
+            f"{s.fall.speed(s.air):.4g} m/s at most"
+        )
     if h is None:
         yield f"orbit    {origin}"
     else:

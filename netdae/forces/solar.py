@@ -87,14 +87,18 @@ class Light:
         return self.sun.covers(begin, end)
 
 
-def _light_of(sun: Signal | ArrayLike | Callable[[float], ArrayLike]) -> Signal:
+def _light_of(sun: Signal | ArrayLike | Callable[[float], ArrayLike]) -> Light:
     signal = signal_of(sun)
-    if isinstance(signal, Constant):
-        value = signal(0.0)
-        if not value.any():
-            raise InputError("sun is [0, 0, 0]: give the direction towards the Sun")
-        return Constant(Light(signal)(0.0))
+    if isinstance(signal, Constant) and not signal(0.0).any():
+        raise InputError("sun is [0, 0, 0]: give the direction towards the Sun")
     return Light(signal)
+
+
+def is_light(force: Force) -> bool:
+    """Whether a force is the pressure of sunlight, on cords or on bodies: other loads on nodes have no `Light`."""
+    return isinstance(force, LightOnCables) or (
+        isinstance(force, UniformLoad) and isinstance(force.signal, Light)
+    )
 
 
 @dataclass(frozen=True, eq=False)
