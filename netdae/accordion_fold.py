@@ -196,9 +196,8 @@ def _gap_of(
             raise InputError(f"accordion: {name} is {value:g} m: give a length, zero or more")
     first, second = panels
     strip = (first - 1) + TILT * (first if first > 1 else 0)
-    layers = (
-        second * strip + (second - 1) + TILT * (second if second > 1 else 0)
-    )  # height of the pack in gaps
+    # height of the pack in gaps
+    layers = second * strip + (second - 1) + TILT * (second if second > 1 else 0)
     if gap is None:
         gap = max(min(canister.depth / layers, WIDEST_GAP * float(net.rest_length.min())), cord_diameter)
     elif gap < cord_diameter:

@@ -11,8 +11,6 @@ from netdae.kicks import Slow
 from netdae.stepper import Share, Step
 from netdae.verlet import Tally
 
-NOTHING = Share(0.0, 0.0, np.zeros(3), 0.0)
-
 
 @dataclass(frozen=True, eq=False)
 class Chunk:

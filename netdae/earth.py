@@ -156,15 +156,12 @@ class DensityTable:
         return float(np.exp(np.interp(altitude, self.altitude, np.log(self.density))))
 
 
-def density(altitude: float, *, table: DensityTable | None = None) -> float:
-    """Density of the air in kg/m³ at an altitude in m, by the layers of the module or by a table.
+def density(altitude: float) -> float:
+    """Density of the air in kg/m³ at an altitude in m, by the layers of the module.
 
     The layers hold from 120 to 1000 km. Below, InputError; above, the last layer goes on, as the source has it:
-    too thin, since the hydrogen up there falls off more slowly, but far under what sunlight does. A table that
-    is given is asked alone.
+    too thin, since the hydrogen up there falls off more slowly, but far under what sunlight does.
     """
-    if table is not None:
-        return table.at(altitude)
     radius_of(altitude)  # raises where there is no orbit
     base, nominal, scale = _LAYERS[bisect_right(_BASES, altitude) - 1]
     return nominal * math.exp(-(altitude / 1e3 - base) / scale)

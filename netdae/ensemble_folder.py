@@ -108,6 +108,7 @@ class EnsembleFolder:
             "ensemble": {**asdict(self.ensemble), "finished": len(finished), **about},
             "net": net_figures(simulation.system),
             "deployment": figures_over([each["deployment"] for each in finished.values()]),
+            "tether": figures_over([each["tether"] for each in finished.values()]),
             "solver": figures_over([_counts(each["solver"]) for each in finished.values()]),
             "members": [
                 {"folder": member.name, "status": self._status(member, summary, errors)}

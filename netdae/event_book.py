@@ -17,6 +17,7 @@ looks at every step where `needs_every_step`. A figure that stands at its value 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -51,6 +52,7 @@ class _Line(NamedTuple):
     found: float  # s
     mouth_area: float  # m², at `time`
     distance: float  # m, at `time`
+    paid_out: float = math.nan  # m, at `found`
 
 
 class EventBook:
@@ -74,6 +76,7 @@ class EventBook:
     ) -> None:
         check_names(events)
         self._scene = Scene(system, events, mouth=mouth, corners=corners)
+        self._reel = system.net.node_groups.get("reel", ())
         self._events = tuple(events)
         self._watches = self._fresh()
         self._lines: list[_Line] = []
@@ -83,7 +86,7 @@ class EventBook:
     def begin(self, start: State) -> None:
         """Begin a flight at its first state, from which distances count; not after `restore`."""
         self._scene.begin(start)
-        self._watches, self._lines, self._after_firing = self._fresh(), [], False
+        self._watches, self._lines, self._together = self._fresh(), [], []
         for watch in self._watches:
             watch.begin(start)
 
@@ -133,7 +136,8 @@ class EventBook:
                 if k != number and _live(watch) and watch.beyond(firing.state)
             ]
         time, area, distance = self._watches[number].fire(firing.state)
-        self._lines.append(_Line(number, time, firing.t, area, distance))
+        paid_out = float(firing.state.x[self._reel, 0].sum()) if len(self._reel) else math.nan
+        self._lines.append(_Line(number, time, firing.t, area, distance, paid_out))
 
     @property
     def events(self) -> tuple[Event, ...]:
@@ -160,6 +164,7 @@ class EventBook:
         time : s, at which the figure passed its value, or at which the mouth was largest
         found : s, at which that was known, and the action done
         mouth_area, distance : m² and m, at `time`; left out where the net has no mouth
+        paid_out : m, of the tether at `found`, when it may be locked; left out where it has no reel
         """
         told = [self._record(line.event, line) for line in self._lines]
         missing = [self._record(k, None) for k, watch in enumerate(self._watches) if not watch.count]
@@ -204,6 +209,8 @@ class EventBook:
             if line.mouth_area == line.mouth_area:  # NaN of a net without a mouth
                 record["mouth_area"] = line.mouth_area
             record["distance"] = line.distance
+            if line.paid_out == line.paid_out:
+                record["paid_out"] = line.paid_out
         return record
 
 

@@ -17,11 +17,11 @@ from numba import njit
 from netdae._arrays import FloatArray, IntArray, frozen_ints
 from netdae.errors import InputError
 from netdae.events import Event, FigureName, Need, check_needs
+from netdae.gauge import Gauge
 from netdae.mouth import corners_of, mouth_of, vector_area
 from netdae.net import CableNet
 from netdae.state import State
 from netdae.system import System
-from netdae.tether import own_nodes_of
 
 
 class Scene:
@@ -49,12 +49,7 @@ class Scene:
             self.corners = corners_of(net, self.loop, corners) if "corners" in needed else None
         self.tether = net.cable_groups.get("tether", frozen_ints([]))
         self.chaser = net.node_groups.get("chaser", frozen_ints([]))
-        own = np.zeros(net.node_count)
-        nodes = own_nodes_of(net)
-        own[nodes] = system.spatial_mass[nodes]
-        own = own if own.sum() > 0 else system.spatial_mass
-        self._mass = own
-        self._share = own / own.sum()
+        self._gauge = Gauge.of(system)
         self.reference_area = 0.0 if self.loop is None else vector_area(net.nodes[self.loop])
         self.origin, self.direction = np.zeros(3), np.full(3, np.nan)
         self._state: State | None = None
@@ -72,16 +67,13 @@ class Scene:
 
     def begin(self, start: State) -> None:
         """Measure distances from this state on, along its momentum; straight ones where it has none."""
-        self.origin, self.direction = self.centre(start), np.full(3, np.nan)
-        momentum = self._mass @ start.v
-        size = float(np.linalg.norm(momentum))
-        # what is left of moments that cancel is round-off and has no direction
-        if size > 1e-9 * float(self._mass @ np.linalg.norm(start.v, axis=1)):
-            self.direction = momentum / size
+        direction = self._gauge.direction_of(start.v)
+        self.origin = self.centre(start)
+        self.direction = np.full(3, np.nan) if direction is None else direction
 
     def centre(self, state: State) -> FloatArray:
         """Centre of mass of the net, (3,), m."""
-        return self._share @ state.x
+        return self._gauge.centre_of(state.x)
 
     def value(self, figure: FigureName, state: State) -> float:
         """A figure of `MEASURES`, in its unit; asked again for the same state it is not measured again."""

@@ -23,9 +23,7 @@ StateAt = Callable[[float], State]
 SIDES = {"up": (-1,), "down": (1,), "both": (-1, 1)}
 NEAR = 1e-12  # share of a step to which an event is located; round-off of the clock where that is more
 PEAK_NEAR = 1e-6  # the same of a maximum, whose height hangs on the square of it
-SMALLEST_TOP = (
-    0.1  # share of the reference area that a mouth has to have opened for its fall to count in full
-)
+SMALLEST_TOP = 0.1  # share of its reference area to which a mouth has to open for its fall to count in full
 
 
 class Watch(Protocol):
@@ -167,9 +165,7 @@ class Largest:
         self._armed = True
         self._top = (0.0, -math.inf, 0.0)  # area, time, distance
         self._bottom = 0.0
-        self._ends: tuple[State, float, float] | None = (
-            None  # the last state whose area and rate were asked for
-        )
+        self._ends: tuple[State, float, float] | None = None  # last state that was asked for, area and rate
         self._told: tuple[State, State, tuple[float, float, float], State] | None = None
 
     def begin(self, start: State) -> None:

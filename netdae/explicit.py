@@ -17,14 +17,14 @@ from typing import ClassVar
 import numpy as np
 
 from netdae._arrays import FloatArray
-from netdae.chunk import NOTHING, Chunk, after, between, share_of, share_told, step_of, sum_of, with_slow
+from netdae.chunk import Chunk, after, between, share_of, share_told, step_of, sum_of, with_slow
 from netdae.errors import RunError
 from netdae.kernel import Kernel
 from netdae.kicks import Kicks, Slow
 from netdae.options import SolverOptions
 from netdae.restraints import Drive
 from netdae.stable_step import WOUND_IN, reeled_lengths, stable_step
-from netdae.stepper import Share, Step
+from netdae.stepper import NOTHING, Share, Step
 from netdae.system import System
 from netdae.verlet import Tally
 

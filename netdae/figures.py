@@ -61,6 +61,20 @@ def figures_of(
     return figures
 
 
+def tether_figures(h: Mapping[str, FloatArray], *, strength: float) -> dict[str, Any]:
+    """Tension of the tether in the histories h, N; against its strength in N unless that is infinite.
+
+    Names and meanings are those of the figures of all cables, see `metrics.DeploymentMetrics.summary`.
+    """
+    tension = h["tether_tension"]
+    k = int(tension.argmax())
+    figures = {"peak_tension": float(tension[k]), "peak_tension_time": float(h["time"][k])}
+    if np.isfinite(strength):
+        figures["tension_over_strength"] = time_quantile(h["time"], tension, 0.999) / strength
+        figures["peak_tension_over_strength"] = float(tension[k]) / strength
+    return figures
+
+
 def time_below(times: FloatArray, values: FloatArray, level: float, *, strictly: bool = False) -> float:
     """Time for which a history, linear between its steps, is at or below a level (strictly: below it), s."""
     dt = np.diff(times)

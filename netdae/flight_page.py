@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import base64
 import json
+import tomllib
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
@@ -120,8 +121,6 @@ def _hex(rgb: Any) -> str:
 
 def _title(footage: Footage) -> str:
     """The title of the run's scenario where it can be had, else the folder's name."""
-    import tomllib
-
     try:
         title = tomllib.loads((footage.folder / "scenario.toml").read_text(encoding="utf-8"))["title"]
         return str(title)

@@ -19,6 +19,7 @@ import numpy as np
 from numba import njit
 
 from netdae._arrays import BoolArray, FloatArray, IntArray
+from netdae.forces.brake import friction_of
 from netdae.forces.cables import law_of, strain_of
 from netdae.forces.reel import reeled_forces
 
@@ -138,9 +139,7 @@ def _held_by(drums: Drums, entry: int, s: float, v: float) -> tuple[float, float
     brakes, stops = drums.brakes, drums.stops
     for b in range(len(brakes.entry)):
         if brakes.entry[b] == entry:
-            u = v / brakes.creep_speed[b]
-            root = np.sqrt(1.0 + u * u)
-            smooth, rise = (u, 1.0) if brakes.ratchet[b] and u < 0.0 else (u / root, 1.0 / root**3)
+            smooth, rise = friction_of(v / brakes.creep_speed[b], brakes.ratchet[b])
             taking -= brakes.friction[b] * smooth + brakes.viscosity[b] * v
             slope -= brakes.friction[b] * rise / brakes.creep_speed[b] + brakes.viscosity[b]
     for e in range(len(stops.entry)):

@@ -37,7 +37,6 @@ STIFF = 0.2
 """Length of a step times the rate of the forces: h² K + 2 h C of cables is 3.6 at most, of these forces 0.4, of the 4
 up to which the step is stable."""
 
-
 RATES_HOLD = 50
 """Chunks after which the rate is looked at again."""
 

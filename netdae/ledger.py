@@ -16,10 +16,8 @@ import numpy as np
 from netdae._arrays import FloatArray
 from netdae.restraints import Drive
 from netdae.state import Books, State
-from netdae.stepper import Share
+from netdae.stepper import NOTHING, Share
 from netdae.system import System
-
-NOTHING = Share(0.0, 0.0, np.zeros(3), 0.0)
 
 
 class _Rates(NamedTuple):

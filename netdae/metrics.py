@@ -10,8 +10,8 @@ import numpy as np
 
 from netdae._arrays import FloatArray, IntArray
 from netdae.errors import InputError
-from netdae.figures import HISTORY, figures_of
-from netdae.gauge import Gauge
+from netdae.figures import HISTORY, figures_of, tether_figures
+from netdae.gauge import Cordage, Gauge
 from netdae.journal import Journal
 from netdae.mouth import corners_of, mouth_of, vector_area
 from netdae.state import State
@@ -47,6 +47,7 @@ COLUMNS = (
     "external_angular_impulse_x",
     "external_angular_impulse_y",
     "external_angular_impulse_z",
+    *Cordage._fields,
 )
 """Columns of metrics.csv, SI units."""
 
@@ -71,6 +72,7 @@ class DeploymentMetrics:
     taut_fraction : share of the cables that are taut
     external_impulse, external_angular_impulse : from outside since the start, N s and N m s; momentum and angular
         momentum, of all nodes and about the origin, change by just these
+    paid_out, ..., closing_tension : of tether and closing cords, see `gauge.Cordage`; nan where there are none
 
     Centre of mass and distance are those of the net's own nodes, without tether and chaser.
     """
@@ -124,7 +126,7 @@ class DeploymentMetrics:
 
     @property
     def history(self) -> FloatArray:
-        """The histories so far, (k, 20): rows at internal steps, columns as `figures.HISTORY` names them."""
+        """The histories so far, (k, 21): rows at internal steps, columns as `figures.HISTORY` names them."""
         return self._history.rows()
 
     def _look_at(self, system: System) -> None:
@@ -195,6 +197,7 @@ class DeploymentMetrics:
             np.count_nonzero(system.strain(x) > 0) / system.net.cable_count,
             *books.external_impulse,
             *books.external_angular_impulse,
+            *self._gauge.cordage_at(x),
         )
         return tuple(map(float, row))
 
@@ -215,16 +218,31 @@ class DeploymentMetrics:
         momentum_residual, angular_momentum_residual : N s and N m s, largest errors of their balances, and ..._share
             of the largest Σ m |v| and Σ m |x × v|
         """
-        if not len(self._history):
-            raise RuntimeError("no internal step was watched: give the metrics to simulate() as an observer")
-        columns = np.array(self.history).T
         return figures_of(
-            dict(zip(HISTORY, columns, strict=True)),
+            self._histories(),
             mouth=self._loop is not None,
             corners=self._corner_loop is not None,
             strength=self._has_strength,
             toe=self._has_toe,
         )
+
+    def tether_summary(self, last: State) -> dict[str, Any]:
+        """Figures of the tether from all internal steps, of which `last` is the last; {} where there is none.
+
+        paid_out, mass_left : m by the reel, and kg, see `tethered`; left out where there is no reel
+        length, final_distance : m, rest length, and from the net's centre of mass to the chaser
+        peak_tension, ... : as in `summary`, of the tether's cables alone, against the least strength of them
+        """
+        tether = self._gauge.tether
+        if not tether.any():
+            return {}
+        strength = float(self._system.strength[tether].min())
+        return {**self._gauge.tether_at(last.x), **tether_figures(self._histories(), strength=strength)}
+
+    def _histories(self) -> dict[str, FloatArray]:
+        if not len(self._history):
+            raise RuntimeError("no internal step was watched: give the metrics to simulate() as an observer")
+        return dict(zip(HISTORY, np.array(self.history).T, strict=True))
 
     def _mouth_loop_of(self, net: CableNet) -> IntArray | None:
         if self.mouth is None:
@@ -247,11 +265,7 @@ class DeploymentMetrics:
 
     def _start(self, state: State) -> None:
         system, x, v, books = self._system, state.x, state.v, state.books
-        momentum = self._gauge.own_momentum(v)
-        size = np.linalg.norm(momentum)
-        # what is left of moments that cancel is round-off and has no direction
-        moving = size > 1e-9 * (self._gauge.own_mass @ np.linalg.norm(v, axis=1))
-        self._direction = momentum / size if moving else None
+        self._direction = self._gauge.direction_of(v)
         self._start_com = self._gauge.centre_of(x)
         self._start_momenta = self._momenta_less_impulses(state)
         energy = system.kinetic_energy(v) + system.elastic_energy(x)

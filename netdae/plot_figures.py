@@ -65,6 +65,9 @@ def _single(column: str, label: str) -> tuple[Quantity, ...]:
 SHARE_OF_STRENGTH = "tension_share"
 """Column that is made here: the largest tension over the lowest strength."""
 
+TETHER_TENSION = "tether_tension"
+"""Column that has the tether's strength for a level line."""
+
 _LESS = "_less_impulse"
 _IMPULSES = {"momentum": "external_impulse", "angular_momentum": "external_angular_impulse"}
 
@@ -145,6 +148,21 @@ FIGURES = {
     ),
     "taut": Design(
         "Taut cables", (Panel("taut share", "1", _single("taut_fraction", "taut share of cables")),)
+    ),
+    "tether": Design(
+        "Tether",
+        (
+            Panel("length paid out", "m", _single("paid_out", "length paid out")),
+            Panel("tether tension", "N", _single(TETHER_TENSION, "tether tension")),
+            Panel("distance to chaser", "m", _single("chaser_distance", "distance to chaser")),
+        ),
+    ),
+    "closing": Design(
+        "Closing cords",
+        (
+            Panel("length of closing", "m", _single("closing_length", "length of closing")),
+            Panel("closing tension", "N", _single("closing_tension", "closing tension")),
+        ),
     ),
 }
 """Figures by name, without the overview. A further column of metrics.csv gets its place here."""

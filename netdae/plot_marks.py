@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from netdae._arrays import FloatArray
-from netdae.plot_figures import SHARE_OF_STRENGTH, Panel, curve_of
+from netdae.plot_figures import SHARE_OF_STRENGTH, TETHER_TENSION, Panel, curve_of
 from netdae.plot_runs import FlownRun, Mark, Strength
 from netdae.plot_style import cut, look_of
 
@@ -84,12 +84,15 @@ def _times_by_name(marks: Sequence[Mark]) -> dict[str, list[float]]:
 
 def draw_strengths(axis: Any, panel: Panel, runs: Sequence[FlownRun]) -> int:
     """A level line at each strength; one far above the curves is told in words, to keep them readable: how many."""
-    share = panel.quantities[0].column == SHARE_OF_STRENGTH
-    if panel.quantities[0].column != "max_tension" and not share:
+    column = panel.quantities[0].column
+    share = column == SHARE_OF_STRENGTH
+    if column not in ("max_tension", TETHER_TENSION, SHARE_OF_STRENGTH):
         return 0
     peaks = [float(np.nanmax(_all_of(run, panel), initial=0.0)) for run in runs]
     beyond: list[str] = []
     for strength, words in _named_strengths(runs, lowest=share):
+        if column == TETHER_TENSION and strength.cables != "tether":
+            continue
         if not share and strength.force > 3.0 * max(peaks) > 0.0:
             beyond.append(words)
             continue

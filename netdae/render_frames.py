@@ -113,12 +113,7 @@ class Footage:
                 rows = [(float(row["mouth_area"]), float(row["time"])) for row in csv.DictReader(stream)]
             _, t = max((row for row in rows if np.isfinite(row).all()), key=lambda row: row[0])
             return self.at(t)
-        except (
-            OSError,
-            ValueError,
-            KeyError,
-            TypeError,
-        ):  # not measured, or not there: a series alone will do
+        except (OSError, ValueError, KeyError, TypeError):  # without metrics the series will do
             return len(self.files) - 1
 
     def decimals(self) -> int:

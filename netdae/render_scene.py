@@ -154,9 +154,8 @@ def tubes(ends: FloatArray, radius: float) -> Any:
     first /= np.linalg.norm(first, axis=1)[:, None]
     second = np.cross(along, first)
     turn = 2 * np.pi * np.arange(_SIDES) / _SIDES
-    normals = (
-        np.cos(turn)[:, None] * first[:, None] + np.sin(turn)[:, None] * second[:, None]
-    )  # cable, side, axis
+    # cable, side, axis
+    normals = np.cos(turn)[:, None] * first[:, None] + np.sin(turn)[:, None] * second[:, None]
     points = ends[:, :, None] + radius * normals[:, None]  # cable, end, side, axis
     k = len(ends)
     here = np.arange(_SIDES)

@@ -19,6 +19,7 @@ from netdae.simulation import Simulation
 from netdae.stable_step import cheaper_method
 from netdae.state import State
 from netdae.system import System
+from netdae.tether import CABLE_GROUPS, own_nodes_of
 
 
 class LastStep:
@@ -74,6 +75,7 @@ def summary_of(
         },
         "ejection": _ejection(simulation),
         "deployment": figures,
+        "tether": {} if last is None else simulation.metrics.tether_summary(last),
         "restraints": [] if last is None else _reactions(simulation, last, fired),
         "impulses": [{"time": t, "impulse": list(map(float, impulse))} for t, impulse in impulses],
         "events": [] if simulation.events is None else simulation.events.records,
@@ -85,13 +87,28 @@ def summary_of(
 
 
 def net_figures(system: System) -> dict[str, Any]:
-    """What the summary tells of a net."""
-    return {
-        "nodes": system.net.node_count,
-        "cables": system.net.cable_count,
-        "mass": float(system.spatial_mass.sum()),
-        "cable_mass": float(system.cords.linear_density @ system.net.rest_length),
+    """What the summary tells of a net; masses in kg, which add up to all that flies.
+
+    mass, cable_mass : of the net with its bullets, and of its cords, those that close it among them
+    tether_mass, chaser_mass : of tether and bridle at the start, and of the chaser; left out where there is none
+    """
+    net = system.net
+    cord_mass = system.cords.linear_density * net.rest_length
+    names = CABLE_GROUPS if "tether" in net.cable_groups else ()
+    tether = np.unique([e for name in names for e in net.cable_groups.get(name, [])]).astype(np.int64)
+    # half of a cable is lumped at each of its ends, also where the tether begins at a knot of the net
+    without = system.spatial_mass.copy()
+    np.subtract.at(without, net.cables[tether], 0.5 * cord_mass[tether, None])
+    told = {
+        "nodes": net.node_count,
+        "cables": net.cable_count,
+        "mass": float(without[own_nodes_of(net)].sum()),
+        "cable_mass": float(cord_mass.sum() - cord_mass[tether].sum()),
     }
+    if len(tether):
+        told["tether_mass"] = float(cord_mass[tether].sum())
+    chaser = float(without[net.node_groups.get("chaser", [])].sum())
+    return {**told, "chaser_mass": chaser} if chaser > 0 else told
 
 
 def _ejection(simulation: Simulation) -> dict[str, Any]:

@@ -7,10 +7,11 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, Field, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
+from netdae.earth import LOWEST_ALTITUDE
 from netdae.scenario_section import AirDensity, Area, FactorVector, Section, Text, Thickness, Time, Vector
 from netdae.scenario_tables import DensityOrTable, Vector3OrTable
 
-LOWEST, HIGHEST = 120e3, 1e9  # m; the Moon is at 3.8e8
+LOWEST, HIGHEST = LOWEST_ALTITUDE, 1e9  # m; the Moon is at 3.8e8
 
 
 def _check_altitude(value: float) -> float:

@@ -59,12 +59,20 @@ def environment_loads_of(
     orbit : the section [orbit] of the scenario, whose errors are told as `altitude_of` does
     folder : of the scenario file, to which tables are relative
 
-    Raises InputError for unknown groups, for what is missing, and for a load that acts on nothing.
+    Raises InputError for unknown groups, for what is missing or says nothing, and for a load that acts on nothing.
     """
     if load.cables != environment.NO_CABLES:
         net.cables_of(load.cables)  # raises for an unknown group
     elif not load.bodies:
         raise InputError('it acts on nothing: name a cable group instead of "none", or give bodies')
+    elif load.diameter is not None:
+        raise InputError(
+            'diameter is that of cables, but cables is "none": leave it out, or name a cable group'
+        )
+    if isinstance(load, environment.Air) and load.wind == (0.0, 0.0, 0.0):
+        given = [name for name in ("begin", "end") if getattr(load, name) is not None]
+        if given:
+            raise InputError(f"{given[0]} is that of a wind, but there is none: give wind, or leave it out")
     areas = [_area_of(body, net) for body in load.bodies]
     if isinstance(load, environment.Drag):
         return _drag(load, orbit, areas, folder)

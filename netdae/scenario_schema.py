@@ -35,6 +35,8 @@ from netdae.scenario_section import (
 from netdae.scenario_tables import FixedOrTable, ForceOrTable, Vector3OrTable
 from netdae.scenario_tether import TetherEntry, TimeOrEvent
 
+MOST_FRAMES = 1_000_000
+
 NONE = "none"
 """What the keys of [metrics] say where a net has no such group."""
 
@@ -170,7 +172,7 @@ class Output(Section):
     """What is written."""
 
     frames: int = Field(
-        51, ge=2, le=1_000_000, description="Frames, evenly in time, the start and the end among them."
+        51, ge=2, le=MOST_FRAMES, description="Frames, evenly in time, the start and the end among them."
     )
 
 

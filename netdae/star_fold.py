@@ -238,9 +238,8 @@ class _Polygon:
         azimuth = np.arctan2(offset[:, 1], offset[:, 0])
         azimuth = self.rays[0] + np.mod(azimuth - self.rays[0], 2 * math.pi)
         normal = np.column_stack([np.cos(self.foot), np.sin(self.foot)])
-        return (offset @ normal.T / self.distance).max(
-            axis=1
-        ), azimuth  # the nearest side of a convex polygon
+        tau = (offset @ normal.T / self.distance).max(axis=1)  # by the nearest side of a convex polygon
+        return tau, azimuth
 
     def wedged(self, flat: FloatArray, n: int) -> tuple[FloatArray, FloatArray, FloatArray]:
         """τ, azimuth and f of points (n, 2) for n pleats."""

@@ -14,7 +14,7 @@ import numpy as np
 from netdae._arrays import FloatArray, frozen_floats
 from netdae.system import System
 
-_NOTHING = frozen_floats(np.zeros(3))
+_ZERO = frozen_floats(np.zeros(3))
 
 
 class Share(NamedTuple):
@@ -24,7 +24,11 @@ class Share(NamedTuple):
     external_work: float  # J
     external_impulse: FloatArray  # (3,), N s
     peak_tension: float  # N
-    external_angular_impulse: FloatArray = _NOTHING  # (3,), N m s, about the origin
+    external_angular_impulse: FloatArray = _ZERO  # (3,), N m s, about the origin
+
+
+NOTHING = Share(0.0, 0.0, _ZERO, 0.0)
+"""No gain."""
 
 
 class Step(NamedTuple):

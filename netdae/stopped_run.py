@@ -22,9 +22,9 @@ from netdae.errors import InputError
 from netdae.run_folder import CHECKPOINT, FILES, FINISHED, SCENARIO, RunFolder
 from netdae.scenario import Scenario, read_scenario
 from netdae.scenario_digest import check_digests
+from netdae.scenario_schema import MOST_FRAMES
 from netdae.simulation import Simulation
 
-MOST_FRAMES = 1_000_000  # as a scenario may have
 NEAR = 1e-6
 """Frames closer than this share of their spacing are one."""
 

@@ -3,7 +3,7 @@
 Symbols: x positions (n, 3), m; x̄ those of the open net; L̄ rest lengths (m,), l distances of the cables' ends.
 
 A pack is a map of the open net's plane into the canister. Each shape has its map in its own module:
-`initial.scaled`, `accordion.accordion`, `star_fold.star`. None may bring the ends of a cable farther apart than
+`initial.scaled`, `accordion_fold.accordion`, `star_fold.star`. None may bring the ends of a cable farther apart than
 (1 − slack) L̄, so that what the cable has to spare hangs slack between them, and no two knots may share a place.
 Contact of the net with itself is not modelled: what would pass through itself is told by `opening`.
 """

@@ -52,12 +52,12 @@ MISTAKES = {
     "unknown key of an ejection": ("speed =", "sped =", ["[[initial.ejection]] 1 sped", "speed"]),
     "unknown key at the top": ("title", "titel", ["titel is an unknown key before", "did you mean title"]),
     "unknown section": ("[output]", "[ouput]", ["[ouput] is an unknown section", "did you mean output"]),
-    "section of a later issue": (
+    "section that there is not": (
         "[output]",
-        "[target]\nkind = \"box\"\n[output]",
+        '[target]\nkind = "box"\n[output]',
         ["[target] is an unknown section"],
     ),
-    "double section of a later issue": (
+    "list of sections that there is not": (
         "[output]",
         "[[contacts]]\n[output]",
         ["[[contacts]] is an unknown section"],

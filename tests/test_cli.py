@@ -112,6 +112,73 @@ def test_summary_tells_solver_deployment_warnings_and_versions(flown):
     assert summary["net"]["cable_mass"] == pytest.approx(cord, rel=1e-12)
 
 
+TETHER = """
+[tether]
+group = "centre"
+elements = 3
+slack = 0.02
+youngs_modulus = 1e9
+density = 1000
+diameter = 2e-3
+strength = 400
+payout = "braked"
+brake_force = 1.0
+drum_inertia = 0.05
+lock = "far"
+chaser = { position = [0.0, 0.0, -1.0], mass = 40.0 }
+[[events]]
+figure = "chaser_distance"
+value = 1.7
+name = "far"
+"""
+
+
+def test_a_tethered_run_tells_what_its_reel_paid_out_and_how_its_tether_pulled(tmp_path):
+    forward = SHOT.replace("end = 0.1", "end = 0.3").replace("half_angle_deg = 60", "half_angle_deg = 30")
+    file = write(tmp_path, forward + TETHER)
+    assert main(["run", str(file), "-o", str(tmp_path / "out")]) == 0
+    summary = summary_of(tmp_path / "out")
+    rows = [
+        {name: float(value) for name, value in row.items()}
+        for row in csv.DictReader((tmp_path / "out" / "metrics.csv").open())
+    ]
+    # 40 cables of 0.25 m and four bullets; 1.02 m; the chaser
+    cord = 1390 * np.pi * 1e-6 / 4 * 40 * 0.25
+    line = 1000 * np.pi * 1e-6
+    masses = [summary["net"][name] for name in ("mass", "cable_mass", "tether_mass", "chaser_mass")]
+    assert masses == pytest.approx([cord + 0.2, cord, 1.02 * line, 40.0], rel=1e-12)
+    trajectory = nd.Trajectory.load(tmp_path / "out")
+    system = nd.read_scenario(file).build().system
+    net = system.net
+    reel, chain = net.nodes_of("reel")[0], net.cables_of("tether")
+    for row, state in zip(rows, trajectory, strict=True):
+        assert row["paid_out"] == state.x[reel, 0]
+        assert row["tether_tension"] == pytest.approx(system.tension(state.x)[chain].max(), rel=1e-12)
+    paid_out = rows[-1]["paid_out"]
+    assert paid_out > 0.01
+    (event,) = summary["events"]
+    assert event["found"] < 0.2
+    assert rows[2]["paid_out"] < paid_out  # at 0.15 s
+    assert event["paid_out"] == rows[3]["paid_out"] == pytest.approx(paid_out, rel=1e-15)  # locked since
+    tether = summary["tether"]
+    assert tether["paid_out"] == paid_out
+    assert tether["length"] == pytest.approx(1.02 + paid_out, rel=1e-12)
+    assert tether["mass_left"] == pytest.approx(line * paid_out, rel=1e-12)
+    assert tether["final_distance"] == rows[-1]["chaser_distance"]
+    assert tether["peak_tension"] >= max(row["tether_tension"] for row in rows) > 20.0
+    assert tether["peak_tension_over_strength"] == pytest.approx(tether["peak_tension"] / 400, rel=1e-12)
+    assert 0 < tether["peak_tension_time"] < 0.3
+    assert tether["peak_tension"] <= summary["deployment"]["peak_tension"]
+
+
+def test_a_net_without_a_tether_has_an_empty_section_of_it(flown):
+    summary = summary_of(flown)
+    assert summary["tether"] == {}
+    assert not {"tether_mass", "chaser_mass"} & summary["net"].keys()
+    (row, *_) = csv.DictReader((flown / "metrics.csv").open())
+    assert row["paid_out"] == row["tether_tension"] == row["chaser_distance"] == "nan"
+
+
 def test_number_of_frames_changes_no_figure(flown, tmp_path):
     assert (
         main(["run", str(write(tmp_path, SHOT.replace("= 5\n", "= 23\n"))), "-o", str(tmp_path / "out")]) == 0

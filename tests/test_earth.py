@@ -87,8 +87,8 @@ def test_field_is_that_of_the_published_dipole():
 
 def test_density_table_is_exponential_between_its_rows_and_hits_them():
     table = earth.DensityTable([200e3, 400e3, 900e3], [1e-10, 1e-12, 1e-14])
-    assert earth.density(200e3, table=table) == pytest.approx(1e-10, rel=1e-9, abs=0)
-    assert earth.density(300e3, table=table) == pytest.approx(1e-11, rel=1e-9, abs=0)
+    assert table.at(200e3) == pytest.approx(1e-10, rel=1e-9, abs=0)
+    assert table.at(300e3) == pytest.approx(1e-11, rel=1e-9, abs=0)
     assert table.at(900e3) == pytest.approx(1e-14, rel=1e-9, abs=0)
 
 
@@ -110,7 +110,7 @@ def test_wrong_table_is_refused_with_its_row(rows, message):
 def test_table_is_not_asked_outside_of_its_rows():
     table = earth.DensityTable([200e3, 400e3], [1e-10, 1e-12])
     with pytest.raises(InputError, match="goes from 200000 to 400000 m"):
-        earth.density(500e3, table=table)
+        table.at(500e3)
 
 
 @pytest.mark.parametrize("altitude", [-1.0, 0.0, 119.9e3, math.nan, math.inf])

@@ -83,6 +83,21 @@ def follow(motion, times, book, *, begun=False):
         last = step
 
 
+def test_a_book_that_begins_anew_forgets_what_happened_together_with_a_stop():
+    system, start = yoyo()
+    book = EventBook([Event("distance", 0.1, action="stop"), Event("distance", 0.1, name="too")], system)
+    book.begin(start)
+
+    def state_at(t):
+        return State.at(start.x + t * start.v, start.v, t=t)
+
+    book.note(book.first(start, state_at(0.5), state_at))  # the flight stops: the other one is left
+    assert len(book.memory()["together"]) == 1
+    book.begin(start)
+    assert book.first(start, state_at(0.05), state_at) is None  # half of the way to both
+    assert book.fired == {}
+
+
 def times_of(book, name):
     return [record["time"] for record in book.records if record["name"] == name]
 

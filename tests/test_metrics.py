@@ -8,15 +8,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from netdae.closed import with_closings
+from netdae.closing import Haul, Winch
 from netdae.damping import Dashpot
 from netdae.errors import InputError
 from netdae.figures import HISTORY, figures_of, time_below, time_quantile
+from netdae.gauge import Cordage
 from netdae.material import Material
 from netdae.metrics import COLUMNS, DeploymentMetrics
 from netdae.mouth import corners_of, loop_of, mouth_of, vector_area
 from netdae.net import CableNet
+from netdae.run_summary import net_figures
 from netdae.state import Books, State
 from netdae.system import System
+from netdae.tether import Chaser, Tether
+from netdae.tethered import with_tether
 
 CORD = Material(youngs_modulus=70e9, density=1390.0, diameter=1e-3)
 
@@ -268,7 +274,8 @@ def test_a_packed_net_gives_no_nan() -> None:
     state = State(0.0, np.zeros((25, 3)), np.zeros((25, 3)), np.zeros((25, 3)))
     metrics.watch(state)
     metrics(state)
-    assert np.isfinite(metrics.rows).all()
+    table = metrics.table()
+    assert {name for name, values in table.items() if not np.isfinite(values).all()} == {*Cordage._fields}
     figures = {k: value for k, value in metrics.summary().items() if k != "warnings"}
     assert np.isfinite(list(figures.values())).all()
     assert figures["largest_mouth_area"] == 0.0
@@ -289,7 +296,10 @@ def test_a_net_without_mouth_or_corners_has_empty_columns_and_no_figures_of_them
         metrics.watch(state)
         metrics(state)
         table = metrics.table()
-        assert {name for name, values in table.items() if np.isnan(values).any()} == empty
+        assert {name for name, values in table.items() if np.isnan(values).any()} == {
+            *empty,
+            *Cordage._fields,
+        }
         summary = metrics.summary()
         assert ("largest_mouth_area" in summary) == ("mouth_area" not in empty)
         assert "largest_corner_area" not in summary
@@ -517,3 +527,146 @@ def test_the_histories_are_what_the_system_says() -> None:
     assert figures["largest_energy"] == pytest.approx(max(energy), **near)
     assert figures["final_kinetic_energy"] == pytest.approx(system.kinetic_energy(flights[1][-1]), **near)
     assert figures["final_elastic_energy"] == pytest.approx(system.elastic_energy(flights[0][-1]), **near)
+
+
+# Tether and closing cords
+
+LINE = Material(youngs_modulus=1e9, density=1000.0, diameter=2e-3, strength=300.0)
+"""EA 3.1 kN, 3.1 g/m."""
+
+
+def tethered(**changes: object) -> tuple[System, np.ndarray, int, Tether]:
+    """A 2 m net on a bridle and a tether of 4 cables to a chaser of 50 kg; system, start, own nodes, tether."""
+    net = CableNet.square(side=2.0, cells=2)
+    given = {"length": 3.2, "bridle": 2.0, "payout": "free", "drum_inertia": 0.05, **changes}
+    tether = Tether("corners", 4, LINE, Chaser((0.1, 0.2, -4.5), mass=50.0), **given)  # type: ignore[arg-type]
+    tied = with_tether(net, State.at(net.nodes), tether)
+    system = System(
+        tied.net,
+        {"all": CORD, **tied.materials},
+        damping=Dashpot(viscosity_time=1e-5),
+        masses={"corners": 0.5, **tied.masses},
+        restraints=tied.restraints,
+        reels=tied.reels,
+    )
+    return system, tied.start.x, net.node_count, tether
+
+
+def test_a_row_tells_the_tether_as_it_is_at_the_frame() -> None:
+    system, start, n, _ = tethered()
+    rng = np.random.default_rng(21)
+    x = start.copy()
+    x[:-1] += rng.normal(0, 0.02, (len(x) - 1, 3))
+    x[-1, 0] = 0.7  # s
+    x[system.net.nodes_of("chaser"), 2] -= 0.9  # taut at the chaser
+    metrics = begun(system)
+    metrics(State(0.0, x, 0 * x, 0 * x))
+    row = {name: values[0] for name, values in metrics.table().items()}
+    assert [*row][-5:-2] == ["paid_out", "tether_tension", "chaser_distance"]
+    assert row["paid_out"] == 0.7
+    chain = system.net.cables_of("tether")
+    i, j = system.net.cables[chain].T
+    L = np.array([0.8, 0.8, 0.8, 0.8 + 0.7])
+    E11 = 0.5 * (np.sum((x[j] - x[i]) ** 2, axis=1) / L**2 - 1)
+    N = 1e9 * np.pi * 1e-6 * E11 * np.sqrt(1 + 2 * E11)
+    assert N.max() > 10.0
+    assert row["tether_tension"] == pytest.approx(N.max(), rel=1e-9)  # E11 of 1e-2 from squares of lengths
+    assert row["tether_tension"] == system.tension(x)[chain].max()
+    assert N.max() < system.tension(x).max()  # of the net, in which the noise pulls harder
+    com = system.mass[:n] @ x[:n] / system.mass[:n].sum()
+    assert row["chaser_distance"] == pytest.approx(
+        float(np.linalg.norm(com - x[system.net.nodes_of("chaser")])), rel=1e-14
+    )
+    assert np.isnan([row["closing_length"], row["closing_tension"]]).all()
+
+
+def test_the_summary_of_a_tether_is_of_all_steps_and_its_end() -> None:
+    system, start, n, tether = tethered()
+    chain, chaser = system.net.cables_of("tether"), system.net.nodes_of("chaser")
+    metrics = begun(system)
+    states = []
+    for t, s, way in ((0.0, 0.0, 0.0), (0.4, 0.1, 1.3), (0.5, 0.4, 1.35), (1.0, 0.6, 0.0)):
+        x = start.copy()
+        x[-1, 0] = s
+        x[chaser, 2] -= way
+        if t == 1.0:
+            x[:n] *= 1.5  # the net is taut, the tether is not
+        states.append(State(t, x, 0 * x, 0 * x))
+        metrics.watch(states[-1])
+    tension = [system.tension(state.x)[chain].max() for state in states]
+    assert tension[1] > tension[2] > 0 == tension[0] == tension[3]
+    assert system.peak_tension(states[3].x) > tension[1]
+    told = metrics.tether_summary(states[-1])
+    assert [told[name] for name in ("paid_out", "length", "final_distance")] == pytest.approx(
+        [0.6, 3.8, metrics.row_of(states[-1])[COLUMNS.index("chaser_distance")]], rel=1e-14
+    )
+    assert told["mass_left"] == pytest.approx(tether.mass_left(0.6), rel=1e-14)
+    near = {"rel": 1e-12}  # sums of squares in another order
+    assert (told["peak_tension"], told["peak_tension_time"]) == (pytest.approx(tension[1], **near), 0.4)
+    assert told["peak_tension_over_strength"] == pytest.approx(tension[1] / 300.0, **near)
+    quantile = time_quantile(np.array([0.0, 0.4, 0.5, 1.0]), np.array(tension), 0.999)
+    assert told["tension_over_strength"] == pytest.approx(quantile / 300.0, **near)
+
+
+def test_a_locked_tether_has_no_length_paid_out_and_a_net_alone_no_tether() -> None:
+    system, x, *_ = tethered(payout="locked", drum_inertia=0.0)
+    state = State(0.0, x, 0 * x, 0 * x)
+    metrics = begun(system)
+    metrics(state)
+    metrics.watch(state)
+    row = dict(zip(COLUMNS, metrics.rows[0], strict=True))
+    assert np.isnan(row["paid_out"])
+    assert row["tether_tension"] == 0.0
+    assert row["chaser_distance"] > 4.0
+    assert {"paid_out", "mass_left"} & metrics.tether_summary(state).keys() == set()
+    assert metrics.tether_summary(state)["length"] == pytest.approx(3.2, rel=1e-14)
+
+    net = CableNet.square(side=2.0, cells=2)
+    alone = begun(system_of(net))
+    alone.watch(state := State.at(net.nodes))
+    assert alone.tether_summary(state) == {}
+    assert np.isnan(alone.history[0, HISTORY.index("tether_tension")])
+
+
+def test_the_masses_of_net_tether_and_chaser_are_what_one_weighs_and_add_up() -> None:
+    system, *_ = tethered()
+    told = net_figures(system)
+    cord = 1390.0 * np.pi / 4 * 1e-6 * 24.0 / 2  # 12 cables of 1 m
+    near = {"rel": 1e-12}  # 50 kg less the gram of a cable's half
+    assert told["cable_mass"] == pytest.approx(cord, **near)
+    assert told["mass"] == pytest.approx(cord + 4 * 0.5, **near)
+    assert told["tether_mass"] == pytest.approx(1000.0 * np.pi * 1e-6 * (3.2 + 4 * 2.0), **near)
+    assert told["chaser_mass"] == pytest.approx(50.0, **near)
+    total = told["mass"] + told["tether_mass"] + told["chaser_mass"]
+    assert total == pytest.approx(system.spatial_mass.sum(), **near)
+    alone = net_figures(system_of(CableNet.square(side=2.0, cells=2)))
+    assert alone.keys() == {"nodes", "cables", "mass", "cable_mass"}
+    for name in ("mass", "cable_mass"):
+        assert alone[name] == pytest.approx(told[name], **near)
+
+
+def test_closing_cords_tell_what_is_left_of_them_and_how_they_pull() -> None:
+    net = CableNet.square(side=2.0, cells=2)
+    pairs = replace(net, node_groups={**net.node_groups, "left": [0, 1], "right": [7, 8]})
+    winch = Winch("left", "right", LINE, Haul(speed=1.0, force=20.0, final_length=0.5))
+    closed = with_closings(pairs, State.at(net.nodes), [winch])
+    system = System(
+        closed.net,
+        {"all": CORD, **closed.materials},
+        damping=Dashpot(viscosity_time=1e-5),
+        reels=closed.reels,
+        forces=closed.forces,
+        restraints=closed.restraints,
+    )
+    x = closed.start.x.copy()
+    x[-2:, 0] = 0.02, 0.3
+    metrics = begun(system)
+    metrics(State(0.0, x, 0 * x, 0 * x))
+    row = dict(zip(COLUMNS, metrics.rows[0], strict=True))
+    L = np.linalg.norm(net.nodes[[7, 8]] - net.nodes[[0, 1]], axis=1)
+    left = L - [0.02, 0.3]
+    assert row["closing_length"] == pytest.approx(left.sum(), rel=1e-14)
+    E11 = 0.5 * ((L / left) ** 2 - 1)
+    N = 1e9 * np.pi * 1e-6 * E11 * np.sqrt(1 + 2 * E11)
+    assert row["closing_tension"] == pytest.approx(N.max(), rel=1e-12)
+    assert np.isnan([row["paid_out"], row["tether_tension"], row["chaser_distance"]]).all()

@@ -14,13 +14,15 @@ import numpy as np
 import pytest
 
 from netdae.errors import InputError
+from netdae.gauge import Cordage
 from netdae.metrics import COLUMNS
 from netdae.plot_drawing import draw
 from netdae.plot_figures import FIGURES, NAMES
 from netdae.plot_runs import read_run
 from netdae.plots import plot
 
-BASE = tuple(name for name in COLUMNS if "impulse" not in name)
+BASE = tuple(name for name in COLUMNS if "impulse" not in name and name not in Cordage._fields)
+"""As earlier runs have them, which are plotted still."""
 
 SCENARIO = """\
 title = "from the scenario"
@@ -98,7 +100,7 @@ def panel(figure, label):
 def test_every_axis_has_a_name_and_a_unit(tmp_path, name, count):
     folders = [tmp_path / str(k) for k in range(count)]
     for folder in folders:
-        write_folder(folder)
+        write_folder(folder, more=Cordage._fields)
     figure = drawn(name, *folders)
     units = {"m", "m²", "J", "N", "kg m/s", "kg m²/s", "1"}
     for axis in figure.axes:
@@ -119,7 +121,7 @@ def test_every_axis_has_a_name_and_a_unit(tmp_path, name, count):
 
 
 def test_lines_of_a_run_are_the_columns_of_its_file(tmp_path):
-    table = write_folder(tmp_path / "a")
+    table = write_folder(tmp_path / "a", more=Cordage._fields)
     shown = set()
     for name, design in FIGURES.items():
         figure = drawn(name, tmp_path / "a")
@@ -133,7 +135,7 @@ def test_lines_of_a_run_are_the_columns_of_its_file(tmp_path):
                 np.testing.assert_array_equal(line.get_xdata(), table["time"])
                 np.testing.assert_array_equal(line.get_ydata(), table[column])
                 shown.add(column)
-    assert shown == {*BASE} - {"time", "com_x", "com_y", "com_z"}
+    assert shown == {*BASE, *Cordage._fields} - {"time", "com_x", "com_y", "com_z"}
 
 
 def test_several_runs_have_one_line_each_on_every_axis_and_a_legend(tmp_path):
@@ -254,6 +256,38 @@ def test_run_without_strength_has_no_share_of_it(tmp_path):
     assert [axis.get_ylabel() for axis in drawn("tension", tmp_path / "a").axes] == ["largest tension, N"]
 
 
+def test_strength_of_the_tether_alone_is_on_its_tension(tmp_path):
+    write_folder(tmp_path / "a", more=Cordage._fields, scenario=SCENARIO + "[tether]\nstrength = 45.0\n")
+    paid_out, tension, distance = drawn("tether", tmp_path / "a").axes
+    assert [axis.get_ylabel() for axis in (paid_out, tension, distance)] == [
+        "length paid out, m",
+        "tether tension, N",
+        "distance to chaser, m",
+    ]
+    assert [text.get_text() for text in tension.texts] == ["strength 45 N of tether"]
+    assert [line.get_ydata()[0] for line in tension.lines if len(line.get_xdata()) == 2] == [45.0]
+    assert [len(axis.lines) for axis in (paid_out, distance)] == [1, 1]
+
+
+def test_runs_without_a_tether_have_no_figure_of_it_and_a_locked_one_has_no_length_paid_out(tmp_path):
+    write_folder(tmp_path / "old")
+    assert drawn("tether", tmp_path / "old") is None
+    write_folder(tmp_path / "locked", more=Cordage._fields)
+    file = tmp_path / "locked" / "metrics.csv"
+    header, *rows = [line.split(",") for line in file.read_text().splitlines()]
+    without = {header.index(name) for name in ("paid_out", "closing_length", "closing_tension")}
+    rows = [["nan" if k in without else value for k, value in enumerate(row)] for row in rows]
+    file.write_text("".join(",".join(row) + "\n" for row in [header, *rows]))
+    labels = [axis.get_ylabel() for axis in drawn("tether", tmp_path / "locked").axes]
+    assert labels == ["tether tension, N", "distance to chaser, m"]
+    assert drawn("closing", tmp_path / "locked") is None
+    figure = drawn("tether", tmp_path / "old", tmp_path / "locked")
+    assert [len(curves_on(axis, 30)) for axis in figure.axes] == [1, 1]
+    assert (
+        len(drawn("overview", tmp_path / "locked").axes) == len(drawn("overview", tmp_path / "old").axes) + 2
+    )
+
+
 def test_momentum_less_the_external_impulse_is_drawn_where_the_file_has_impulses(tmp_path):
     more = [f"external_{kind}_{axis}" for kind in ("impulse", "angular_impulse") for axis in "xyz"]
     table = write_folder(tmp_path / "a", more=more)
@@ -324,7 +358,7 @@ def test_column_without_a_number_is_left_out(tmp_path):
     assert drawn("area", tmp_path / "a") is None
     assert len(drawn("overview", tmp_path / "a").axes) == 8
     files = plot(tmp_path / "a", tmp_path / "o", formats=("svg",))
-    assert [f.stem for f in files] == [name for name in NAMES if name != "area"]
+    assert [f.stem for f in files] == [name for name in NAMES if name not in ("area", "tether", "closing")]
     with pytest.raises(InputError, match=r"area cannot be drawn: .* has no numbers for it"):
         plot(tmp_path / "a", tmp_path / "p", only=("area",))
     assert not (tmp_path / "p").exists()

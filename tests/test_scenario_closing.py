@@ -11,6 +11,7 @@ from netdae.closing import Drawcord, Winch
 from netdae.errors import InputError
 from netdae.net import CableNet
 from netdae.options import SolverOptions
+from netdae.scenario import read_scenario
 from netdae.scenario_closed import closing_of, closing_options
 from netdae.scenario_closing import ClosingEntry
 from netdae.scenario_problems import bare, first_problem
@@ -101,6 +102,51 @@ def test_rings_may_be_a_list_and_the_cord_open():
     assert cord.nodes == (2, 0, 6)
     assert not cord.closed
     assert cord.rings.fastened
+
+
+FLIGHT = f"""
+[net]
+kind = "square"
+side = 2.0
+cells = 2
+[[material]]{CORD}
+[damping]
+kind = "dashpot"
+viscosity_time = 1e-5
+[initial]
+velocity = [0.0, 0.0, 1.0]
+[[events]]
+figure = "distance"
+value = 0.015
+action = "start_closing"
+name = "there"
+[solver]
+method = "explicit"
+end = 0.03
+[output]
+frames = 4
+"""
+
+
+def test_an_event_starts_a_closing_that_has_no_begin(tmp_path):
+    file = tmp_path / "scenario.toml"
+    file.write_text(FLIGHT + DRAWCORD.replace('begin = "mouth_area_max"\n', ""), encoding="utf-8")
+    flight = read_scenario(file).build().integrate()
+    states = list(flight)
+    assert flight.fired["there"] == pytest.approx(0.015, abs=1e-9)  # at 1 m/s
+    # frames at 0, 0.01, 0.02 and 0.03 s: the drum, which is the last node, winds in from the event on
+    wound_in = [state.x[-1, 0] for state in states]
+    assert wound_in[:2] == [0.0, 0.0]
+    assert 0.0 < wound_in[2] < wound_in[3]
+
+
+def test_an_event_that_starts_no_closing_is_refused(tmp_path):
+    file = tmp_path / "scenario.toml"
+    file.write_text(FLIGHT + DRAWCORD.replace('"mouth_area_max"', "0.02"), encoding="utf-8")
+    with pytest.raises(
+        InputError, match=r"start_closing needs what closes it: add \[\[closing\]\] without begin"
+    ):
+        read_scenario(file).build()
 
 
 def test_tolerances_are_those_of_the_slowest_closing_unless_they_are_given():

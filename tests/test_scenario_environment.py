@@ -210,6 +210,11 @@ MISTAKES = {
         '[[loads]]\nkind = "air"\nbodies = [{group = "corners", aera = 1e-3}]',
         ["[[loads]] 1 bodies, number 1, aera is an unknown key", "did you mean area"],
     ),
+    "a begin without wind": ('[[loads]]\nkind = "air"\nbegin = 0.5', ["begin is that of a wind", "give wind"]),
+    "a diameter of no cables": (
+        '[[loads]]\nkind = "air"\ncables = "none"\ndiameter = 1e-3\nbodies = [{group = "corners", area = 1e-3}]',
+        ["diameter is that of cables"],
+    ),
     "nothing in the air": ('[[loads]]\nkind = "air"\ncables = "none"', ["[[loads]] 1: it acts on nothing"]),
     "no air": ('[[loads]]\nkind = "air"\ndensity = 0', ["[[loads]] 1 density is 0, expected"]),
     "wind by half": ('[[loads]]\nkind = "air"\nwind = [1, 2]', ["[[loads]] 1 wind", "three numbers"]),

@@ -57,9 +57,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     with _output() as output:
         code = _code_of(list(sys.argv[1:] if arguments is None else arguments))
-    if output.error is None or isinstance(
-        output.error, BrokenPipeError
-    ):  # a reader has left, for instance head
+    # a pipe breaks where a reader has left, for instance head
+    if output.error is None or isinstance(output.error, BrokenPipeError):
         return code
     reason = reason_of(output.error)
     return code or _say(f"what is printed cannot be written: {reason}: make room, or print elsewhere", 1)

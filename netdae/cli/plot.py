@@ -26,7 +26,8 @@ def plot(
         list[str] | None,
         Parameter(
             negative="",
-            help="One figure: overview, area, distance, energy, tension, momentum or taut; more by giving it again.",
+            help="One figure: overview, area, distance, energy, tension, momentum, taut, tether or closing; "
+            "more by giving it again.",
         ),
     ] = None,
 ) -> None:

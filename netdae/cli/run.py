@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import signal
 import sys
+import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -152,7 +153,8 @@ def _fly_into(folder: RunFolder, build: Callable[[], Simulation]) -> None:
     with told_when_compiling(lambda: _log.info(COMPILING)):
         simulation = build()
         title = _Title(simulation)
-        summary = fly(simulation, folder, observers=[title, Progress(float(simulation.times[-1]))])
+        progress = Progress(float(simulation.times[-1]))
+        summary = fly(simulation, folder, observers=[title, progress, _Stop()])
     for line in _lines(title.frame_count, folder, summary):
         print(line)
 
@@ -184,6 +186,37 @@ class _Title:
         )
 
 
+class _Stop:
+    """Observer that ends a flight between two steps after Ctrl-C or SIGTERM; a second signal ends it at once.
+
+    An exception that a signal raises anywhere may meet compiled code or VTK, some of which does not survive it.
+    """
+
+    def __init__(self) -> None:
+        self._asked = False
+        self._former: dict[int, Any] = {}
+
+    def begin(self, system: System) -> None:
+        if threading.current_thread() is threading.main_thread():
+            self._former = {each: signal.signal(each, self._ask) for each in (signal.SIGINT, signal.SIGTERM)}
+
+    def watch(self, state: State) -> None:
+        if self._asked:
+            raise KeyboardInterrupt
+
+    def __call__(self, state: State) -> None:
+        self.watch(state)
+
+    def end(self) -> None:
+        for each, handler in self._former.items():
+            signal.signal(each, handler)
+
+    def _ask(self, number: int, frame: Any) -> None:
+        if self._asked:
+            raise KeyboardInterrupt
+        self._asked = True
+
+
 def _lines(frames: int, folder: RunFolder, summary: dict[str, Any]) -> Iterator[str]:
     figures, solver = summary["deployment"], summary["solver"]
     yield f"{frames} frames in {folder.path / 'series.pvd'}, figures in {folder.path / 'summary.json'}"
@@ -193,11 +226,26 @@ def _lines(frames: int, folder: RunFolder, summary: dict[str, Any]) -> Iterator[
             f"{figures['largest_mouth_area_time']:.4g} s"
         )
     yield f"peak tension {figures['peak_tension']:.4g} N at t = {figures['peak_tension_time']:.4g} s"
+    if tether := summary["tether"]:
+        yield (
+            f"tether {tether['length']:.4g} m long, peak tension {tether['peak_tension']:.4g} N at t = "
+            f"{tether['peak_tension_time']:.4g} s"
+        )
     yield f"{solver['steps']} steps in {solver['wall_seconds']['total']:.3g} s"
+    for event in summary["events"]:
+        yield _line_of(event)
     for note in summary["notes"]:
         yield f"note: {note}"
     for warning in summary["warnings"]:
         yield f"warning: {warning}"
+
+
+def _line_of(event: dict[str, Any]) -> str:
+    if event["time"] is None:
+        return f"event {event['name']} did not happen"
+    done = "" if event["action"] == "none" else f": {event['action']}"
+    known = "" if event["found"] == event["time"] else f", known at {event['found']:.4g} s"
+    return f"event {event['name']} at t = {event['time']:.4g} s{known}{done}"
 
 
 @contextmanager

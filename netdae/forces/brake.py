@@ -27,8 +27,8 @@ from netdae.forces.protocol import Account, NewtonPart, Tangent
 
 
 @njit(cache=True)
-def _friction_of(u: float, ratchet: bool) -> tuple[float, float]:
-    """γ and γ′."""
+def friction_of(u: float, ratchet: bool) -> tuple[float, float]:
+    """γ(u) and γ′(u)."""
     if ratchet and u < 0.0:
         return u, 1.0
     w = 1.0 / np.sqrt(1.0 + u * u)
@@ -49,7 +49,7 @@ def _brakes(
     power = 0.0
     for e in range(len(v)):
         rate = v[e, 0, 0]
-        smooth, slope = _friction_of(rate / creep_speed[e], ratchet[e])
+        smooth, slope = friction_of(rate / creep_speed[e], ratchet[e])
         f[e] = -friction[e] * smooth - viscosity[e] * rate
         C[e] = -friction[e] * slope / creep_speed[e] - viscosity[e]
         power -= f[e] * rate

@@ -49,11 +49,6 @@ def _forces(n: float, mass: FloatArray, x: FloatArray, v: FloatArray, f: FloatAr
         f[e, 0, 0], f[e, 0, 1], f[e, 0, 2] = mass[e] * ax, mass[e] * ay, mass[e] * az
 
 
-def tidal_energy(mass: FloatArray, x: FloatArray, mean_motion: float) -> float:
-    """Potential −Σ m n² (3x² − z²)/2 in J of masses (n,) at x (n, 3)."""
-    return -0.5 * mean_motion**2 * float(mass @ (3.0 * x[:, 0] ** 2 - x[:, 2] ** 2))
-
-
 @dataclass(frozen=True)
 class Orbit:
     """The net flies near a circular orbit; x points outward, y along the track, z along the orbit's normal.

@@ -74,6 +74,7 @@ def reeled_forces(
     tau: FloatArray,
     f: FloatArray,
 ) -> None:
+    """Forces f (m, 3, 3) on i, j and r of each cable, N; L is L̄(s)."""
     for e in range(len(L)):
         f[e] = 0.0
         E11, rate = _strain_and_rate(x[e], v[e], L[e], share[e])
