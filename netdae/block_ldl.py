@@ -20,7 +20,7 @@ from netdae._arrays import BoolArray, FloatArray, IntArray
 from netdae.assembly import BlockPattern
 from netdae.errors import RunError
 
-SINGULAR = 4e-15  # a pivot over the diagonal of its block before elimination: round-off of some terms is left
+SINGULAR = 1e-14  # a pivot over the diagonal of its block before elimination: round-off of some terms is left
 
 
 @njit(cache=True)

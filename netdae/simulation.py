@@ -49,3 +49,11 @@ class Simulation:
             events=self.events,
             resume=resume,
         )
+
+    def compile(self) -> None:
+        """Compile the kernels of the flight: processes that compile them at the same time may round differently."""
+        begin, end = float(self.times[0]), float(self.times[-1])
+        for _ in integrate(
+            self.system, self.start, [begin, begin + 1e-6 * (end - begin)], options=self.options
+        ):
+            pass

@@ -7,8 +7,10 @@ from numpy.random import default_rng
 
 from netdae.damping import Dashpot
 from netdae.initial import ejected, scaled
+from netdae.integration import integrate
 from netdae.material import Material
 from netdae.net import CableNet
+from netdae.options import SolverOptions
 from netdae.state import State
 from netdae.system import System
 
@@ -17,6 +19,16 @@ CORD = Material(youngs_modulus=70e9, density=1390.0, diameter=1e-3)
 
 SOFT = Material(youngs_modulus=1e7, density=1000.0, diameter=2e-3)
 """Cord whose waves take 10 ms a metre, EA 31.4 N: taut and slack phases can be resolved in small tests."""
+
+
+def pytest_configure(config) -> None:
+    """Compile the kernels once, before the workers start: two that compile at once may round differently."""
+    if hasattr(config, "workerinput") or not config.getoption("numprocesses", None):
+        return
+    net, start = scaled(CableNet.square(side=1.0, cells=2), (0.8, 0.8, 1.0))
+    system = System(net, CORD, masses={"corners": 0.1}, damping=Dashpot(viscosity_time=1e-5))
+    for method in ("explicit", "ida"):
+        list(integrate(system, start, [0.0, 1e-4], options=SolverOptions(method)))
 
 
 def random_net(seed: int = 0, nodes: int = 12, cables: int = 30) -> CableNet:

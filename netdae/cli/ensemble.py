@@ -33,6 +33,7 @@ def fly_ensemble(
     all_frames: bool,
 ) -> None:
     """Fly all members, write the figures over them and print the first of these."""
+    from netdae.compilation import COMPILING, told_when_compiling
     from netdae.ensemble_folder import EnsembleFolder
     from netdae.workers import processes_for
 
@@ -48,6 +49,8 @@ def fly_ensemble(
         f"in {workers} processes",
         flush=True,
     )
+    with told_when_compiling(lambda: print(COMPILING, flush=True)):
+        simulation.compile()
     summary, bug = _fly(folder, simulation, workers)
     for line in _lines(folder, summary):
         print(line)
