@@ -16,16 +16,6 @@ from netdae.options import SolverOptions
 from netdae.scenario_closing import DrawcordEntry, WinchEntry
 from netdae.scenario_groups import check_group
 
-_CORD = {
-    "youngs_modulus",
-    "density",
-    "linear_density",
-    "diameter",
-    "area",
-    "toe_strain",
-    "law",
-    "strength",
-}
 _HAUL = {"speed", "force", "final_length", "begin", "hold", "drum_inertia"}
 
 CREEP = 0.01
@@ -37,7 +27,10 @@ def closing_of(entry: WinchEntry | DrawcordEntry, net: CableNet, begin: float) -
 
     Raises InputError for values that do not go together or that are not in the net.
     """
-    material, haul = Material(**entry.model_dump(include=_CORD)), Haul(**entry.model_dump(include=_HAUL))
+    material, haul = (
+        Material(**entry.model_dump(include=schema.CORD_KEYS)),
+        Haul(**entry.model_dump(include=_HAUL)),
+    )
     closing: Closing
     if isinstance(entry, WinchEntry):
         closing = Winch(_ends_of(entry.first, net), _ends_of(entry.second, net), material, haul, entry.length)

@@ -59,6 +59,10 @@ class Cord(Section):
     strength: BreakingForce | None = Field(None, description="Breaking force, N.")
 
 
+CORD_KEYS = {*Cord.model_fields} - {"cables"}
+"""Keys of a cord's material, which the sections [tether] and [[closing]] have too."""
+
+
 class DashpotDamping(Section):
     """A damper along each taut cable."""
 

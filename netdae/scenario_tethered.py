@@ -19,17 +19,6 @@ from netdae.tether import Chaser, Tether
 PAYOUT_HEADER = ("t", "paid_out")
 RATE_HEADER = (*PAYOUT_HEADER, "rate")
 
-_CORD = (
-    "youngs_modulus",
-    "density",
-    "linear_density",
-    "diameter",
-    "area",
-    "toe_strain",
-    "law",
-    "strength",
-)
-
 
 def tether_of(entry: TetherEntry, folder: Path, solver: schema.Solver) -> Tether:
     """The tether of an entry, whose tables lie in `folder` and have to reach over the flight.
@@ -40,7 +29,7 @@ def tether_of(entry: TetherEntry, folder: Path, solver: schema.Solver) -> Tether
     return Tether(
         entry.group,
         elements=entry.elements,
-        material=Material(**entry.model_dump(include=set(_CORD))),
+        material=Material(**entry.model_dump(include=schema.CORD_KEYS)),
         chaser=_chaser_of(entry.chaser, folder, solver),
         length=entry.length,
         slack=entry.slack,
