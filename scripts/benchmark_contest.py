@@ -176,6 +176,7 @@ def _point(rung: Any, runs: list[dict[str, Any]], truth: Truth, *, extra: bool) 
     best = min(runs, key=lambda run: run["seconds"])
     return {
         "rung": rung,
+        "label": str(rung),
         "seconds": best["seconds"],
         "all_seconds": [run["seconds"] for run in runs],
         "errors": truth.errors(mean),

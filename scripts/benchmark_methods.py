@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from benchmark_flight import Clock, Flight
@@ -17,7 +17,6 @@ from sksundae.ida import IDA
 
 import netdae as nd
 
-RTOLS = (1e-3, 3e-4, 1e-4, 1e-5)
 PARTS = (0.8, 0.5, 0.25)
 ALL = ("dashpot", "weak", "strong")
 LOOKS = 10  # times a quarter at which netdae's methods are asked for a frame, and so the clock is looked at
@@ -25,10 +24,35 @@ MANY = 2000  # cables from which they are; on smaller nets they give four frames
 DENSE_LOOKS = 100  # the same for plain IDA, whose steps are slow
 
 
-def tolerances(rtol: float) -> tuple[float, float, float]:
-    """rtol, m and m/s: those of netdae's presets, and between them on straight lines through their logarithms."""
-    velocity = np.interp(np.log(rtol), np.log([1e-5, 1e-4, 1e-3]), np.log([1e-4, 3e-4, 1e-2]))
-    return rtol, 0.1 * rtol, float(np.exp(velocity))
+class Rung(NamedTuple):
+    """Tolerances of an implicit or adaptive method: rtol, m and m/s."""
+
+    rtol: float
+    position: float
+    velocity: float
+
+    def __str__(self) -> str:
+        """As tables show it."""
+        return f"{self.rtol:.0e}, {self.velocity:.0e} m/s".replace("e-0", "e-")
+
+    @property
+    def weights(self) -> tuple[float, float]:
+        """Absolute tolerances of x and v."""
+        return self.position, self.velocity
+
+
+STANDARD = Rung(1e-4, 1e-5, 3e-4)
+# netdae's presets, and two between fast and standard: the velocities decide what a flight costs and what it keeps
+RUNGS = tuple(
+    Rung(*each)
+    for each in (
+        (1e-3, 1e-4, 1e-2),
+        (1e-3, 1e-4, 1e-3),
+        (1e-3, 1e-4, 3e-4),
+        STANDARD,
+        (1e-5, 1e-6, 1e-4),
+    )
+)
 
 
 # netdae
@@ -54,10 +78,9 @@ def _fly_netdae(flight: Flight, options: nd.SolverOptions, clock: Clock) -> Flow
     return positions, velocities, statistics
 
 
-def fly_ida(flight: Flight, rtol: float, clock: Clock) -> Flown:
+def fly_ida(flight: Flight, rung: Rung, clock: Clock) -> Flown:
     """Netdae's IDA with its condensed direct solve."""
-    rtol, position, velocity = tolerances(rtol)
-    options = nd.SolverOptions(rtol=rtol, atol_position=position, atol_velocity=velocity)
+    options = nd.SolverOptions(rtol=rung.rtol, atol_position=rung.position, atol_velocity=rung.velocity)
     return _fly_netdae(flight, options, clock)
 
 
@@ -148,9 +171,8 @@ def _weights(flight: Flight, position: float, velocity: float) -> np.ndarray:
 def scipy_flyer(name: str) -> Callable[[Flight, float, Clock], Flown]:
     """One of `solve_ivp`'s methods; the implicit ones get the analytic sparse Jacobian."""
 
-    def fly(flight: Flight, rtol: float, clock: Clock) -> Flown:
+    def fly(flight: Flight, rung: Rung, clock: Clock) -> Flown:
         equations = Equations(flight, clock)
-        rtol, position, velocity = tolerances(rtol)
         implicit = {"jac": equations.rates_jacobian} if name in ("BDF", "Radau") else {}
         y0 = np.concatenate((flight.x.ravel(), flight.v.ravel()))
         clock.start()
@@ -160,8 +182,8 @@ def scipy_flyer(name: str) -> Callable[[Flight, float, Clock], Flown]:
             y0,
             method=name,
             t_eval=flight.times,
-            rtol=rtol,
-            atol=_weights(flight, position, velocity),
+            rtol=rung.rtol,
+            atol=_weights(flight, *rung.weights),
             **implicit,
         )
         clock.stop()
@@ -176,9 +198,8 @@ def scipy_flyer(name: str) -> Callable[[Flight, float, Clock], Flown]:
 def ida_flyer(linsolver: str) -> Callable[[Flight, float, Clock], Flown]:
     """IDA as scikit-sundae offers it: SuperLU_MT on the full system, or GMRES without a preconditioner."""
 
-    def fly(flight: Flight, rtol: float, clock: Clock) -> Flown:
+    def fly(flight: Flight, rung: Rung, clock: Clock) -> Flown:
         equations = Equations(flight, clock)
-        rtol, position, velocity = tolerances(rtol)
         counts = {"setups": 0}
 
         def jacobian(t: float, y: np.ndarray, yp: Any, res: Any, cj: float, data: np.ndarray) -> None:
@@ -192,8 +213,8 @@ def ida_flyer(linsolver: str) -> Callable[[Flight, float, Clock], Flown]:
             )  # that the sparsity is ignored beside jacfn: the data go by its order
             ida = IDA(
                 equations.residual,
-                rtol=rtol,
-                atol=_weights(flight, position, velocity),
+                rtol=rung.rtol,
+                atol=_weights(flight, *rung.weights),
                 linsolver=linsolver,
                 max_num_steps=10**9,
                 **direct,
@@ -220,7 +241,7 @@ def ida_flyer(linsolver: str) -> Callable[[Flight, float, Clock], Flown]:
 class Method:
     """A way to fly, with its ladder from loose to tight.
 
-    ladder : values that `fly` takes: rtol, part of the stable step, or preset
+    ladder : values that `fly` takes: tolerances, part of the stable step, or preset
     own : netdae's, or the yardstick: it gets twice the limit, for its time is what is wanted
     dampings : with which it flies unless it is asked for by name: "dashpot", Rayleigh's "weak" and "strong"
     differs : in what, from the same law at the same net
@@ -241,15 +262,15 @@ METHODS = {
     for method in (
         Method("verlet", "hand-written Verlet (frozen)", (0.5,), fly_verlet, own=True, dampings=ALL),
         Method("explicit", "netdae explicit", ("fast", "standard", "accurate"), fly_explicit, own=True, dampings=ALL),
-        Method("ida", "netdae IDA, sharp", RTOLS, fly_ida, own=True, dampings=ALL),
-        Method("ida-toe", "netdae IDA, toe 5e-5", RTOLS, fly_ida, toe=5e-5, own=True, dampings=ALL,
+        Method("ida", "netdae IDA, sharp", RUNGS, fly_ida, own=True, dampings=ALL),
+        Method("ida-toe", "netdae IDA, toe 5e-5", RUNGS, fly_ida, toe=5e-5, own=True, dampings=ALL,
                differs="a smoothed law, judged by the sharp one"),
-        Method("rk45", "SciPy RK45", RTOLS, scipy_flyer("RK45"), dampings=("dashpot", "weak")),
-        Method("dop853", "SciPy DOP853", RTOLS, scipy_flyer("DOP853"), dampings=("dashpot", "weak")),
-        Method("bdf", "SciPy BDF, sparse Jacobian", RTOLS, scipy_flyer("BDF"), dampings=("dashpot", "strong")),
-        Method("radau", "SciPy Radau, sparse Jacobian", RTOLS, scipy_flyer("Radau"), dampings=("dashpot", "strong")),
-        Method("ida-gmres", "IDA, plain GMRES", RTOLS, ida_flyer("gmres")),
-        Method("ida-sparse", "IDA, SuperLU_MT, full system", RTOLS, ida_flyer("sparse")),
+        Method("rk45", "SciPy RK45", RUNGS, scipy_flyer("RK45"), dampings=("dashpot", "weak")),
+        Method("dop853", "SciPy DOP853", RUNGS, scipy_flyer("DOP853"), dampings=("dashpot", "weak")),
+        Method("bdf", "SciPy BDF, sparse Jacobian", RUNGS, scipy_flyer("BDF"), dampings=("dashpot", "strong")),
+        Method("radau", "SciPy Radau, sparse Jacobian", RUNGS, scipy_flyer("Radau"), dampings=("dashpot", "strong")),
+        Method("ida-gmres", "IDA, plain GMRES", RUNGS, ida_flyer("gmres")),
+        Method("ida-sparse", "IDA, SuperLU_MT, full system", RUNGS, ida_flyer("sparse")),
         Method("exudyn", "Exudyn, velocity Verlet", PARTS, fly_exudyn,
                differs="the same law, by a symbolic user function of its spring-dampers"),
         Method("mujoco", "MuJoCo, tendons that only pull", PARTS, fly_mujoco,

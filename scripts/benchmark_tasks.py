@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 from benchmark_flight import CASES, Clock, Flight, TimeUp
-from benchmark_methods import METHODS
+from benchmark_methods import METHODS, STANDARD
 from benchmark_others import NotAvailable
 from benchmark_truth import fly_tightly, part_of
 
@@ -105,7 +105,7 @@ def window(
 
 def large(*, method: str, knots: int, end: float, limit: float) -> dict[str, Any]:
     """A flight of a large net, with the peak memory of the whole process in MiB."""
-    rung = "standard" if method == "explicit" else 1e-4
+    rung = "standard" if method == "explicit" else STANDARD
     result = fly(method=method, rung=rung, case="dashpot", limit=limit, knots=knots, seed=0, end=end)
     kilo = 1024 if sys.platform != "darwin" else 1024**2  # ru_maxrss is in KiB, on macOS in bytes
     return {**result, "memory_mib": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / kilo}

@@ -13,7 +13,7 @@ sys.path.insert(0, str(Path(__file__).parent.parent / "scripts"))
 from benchmark_contest import Cell, Entry, Rules, Truth, contest
 from benchmark_flight import CASES, Clock, Flight, TimeUp
 from benchmark_goals import goals_of
-from benchmark_methods import METHODS, Equations, fly_ida
+from benchmark_methods import METHODS, Equations, Rung, fly_ida
 from benchmark_report import markdown, state_of
 from benchmark_tasks import fly
 from benchmark_truth import fly_leapfrog
@@ -41,7 +41,7 @@ def measured(flight, flown):
 def test_the_frozen_verlet_and_the_tight_runs_agree_with_ida(case):
     """Verlet's error falls with the square of its step: at half of it 1e-5 m and 0.2 % of the energy, see --quick."""
     flight = small(case)
-    ida = measured(flight, fly_ida(flight, 1e-7, Clock(UNTIMED, flight.end)))
+    ida = measured(flight, fly_ida(flight, Rung(1e-7, 1e-8, 1e-4), Clock(UNTIMED, flight.end)))
     assert ida[:, 13].min() < 0.98 * ida[:, 13].max()  # cables have pulled and damped
     fliers = [fly_verlet] if case == "dashpot" else [fly_verlet, fly_leapfrog]
     for flier in fliers:
