@@ -37,6 +37,7 @@ class Spread:
     speed : m/s; angle_deg, azimuth_deg : degrees
     time : s, of the release; a release is never early: absolute values of the draws are taken
     seed : of the draws; each of the four has a stream of its own, so that one does not shift the others
+    member : of an ensemble in which each draws its own, from seed and member alone; 0 draws what the seed alone gives
     """
 
     speed: float = 0.0
@@ -44,18 +45,27 @@ class Spread:
     azimuth_deg: float = 0.0
     time: float = 0.0
     seed: int = 0
+    member: int = 0
 
     def __post_init__(self) -> None:
         for name in ("speed", "angle_deg", "azimuth_deg", "time"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0):
                 raise InputError(f"spread: {name} is {value:g}: give a standard deviation, zero or more")
-        if isinstance(self.seed, bool) or self.seed != int(self.seed) or self.seed < 0:
-            raise InputError(f"spread: seed is {self.seed}: give a whole number, zero or more")
+        for name in ("seed", "member"):
+            value = getattr(self, name)
+            if isinstance(value, bool) or value != int(value) or value < 0:
+                raise InputError(f"spread: {name} is {value}: give a whole number, zero or more")
+
+    @property
+    def draws(self) -> bool:
+        """Whether any error is drawn."""
+        return max(self.speed, self.angle_deg, self.azimuth_deg, self.time) > 0
 
     def drawn(self, count: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """Errors of `count` bullets, each (count,): speed, angle, azimuth, release time."""
-        streams = np.random.default_rng(int(self.seed)).spawn(4)
+        # numpy fills a seed up with zeros, so that (seed, 0) and seed draw the same
+        streams = np.random.default_rng((int(self.seed), int(self.member))).spawn(4)
         normal = [stream.standard_normal(count) for stream in streams]
         return (
             self.speed * normal[0],

@@ -35,6 +35,7 @@ class Ensemble:
     size : N, 2 or more
     perturb : standard deviation of the normal disturbance of each coordinate, m
     seed : zero or more; member k is drawn from (seed, k), whatever the other members
+    scatter : whether each member draws its own errors of the ejection too, from the seed of the scenario's spread and k
 
     Raises InputError for values out of range.
     """
@@ -42,6 +43,7 @@ class Ensemble:
     size: int
     perturb: float = 1e-9
     seed: int = 0
+    scatter: bool = False
 
     def __post_init__(self) -> None:
         if self.size < 2:
@@ -84,6 +86,25 @@ def figures_over(members: Sequence[Mapping[str, Any]]) -> dict[str, dict[str, An
         else:
             told[name] = statistics_of(values)
     return told
+
+
+def events_over(members: Sequence[Sequence[Mapping[str, Any]]]) -> list[dict[str, Any]]:
+    """Statistics of the time of each event, at its first in a member, over the members' records of events.
+
+    n : how many members had it; of : how many there are
+    """
+    told: dict[str, dict[str, Any]] = {}
+    times: dict[str, list[float | None]] = {}
+    for records in members:
+        firsts: dict[str, float | None] = {}
+        for record in records:
+            told.setdefault(
+                record["name"], {key: record[key] for key in ("name", "figure", "value", "action")}
+            )
+            firsts.setdefault(record["name"], record["time"])
+        for name, time in firsts.items():
+            times.setdefault(name, []).append(time)
+    return [{**event, "of": len(members), "time": statistics_of(times[name])} for name, event in told.items()]
 
 
 def bands_of(tables: Sequence[Mapping[str, FloatArray]]) -> dict[str, FloatArray]:

@@ -17,17 +17,15 @@ import numpy as np
 from netdae._arrays import FloatArray
 from netdae._files import reason_of, write_whole
 from netdae.compilation import COMPILING, told_when_compiling
-from netdae.ensemble import STATISTICS, Ensemble, bands_of, common_warnings, figures_over
+from netdae.ensemble import STATISTICS, Ensemble, bands_of, common_warnings, events_over, figures_over
 from netdae.errors import RunError
 from netdae.metrics import COLUMNS
-from netdae.run_folder import METRICS, SUMMARY, RunFolder, fly
+from netdae.run_folder import FINISHED, METRICS, SUMMARY, RunFolder, fly
 from netdae.run_summary import net_figures, versions
 from netdae.scenario import Scenario
 from netdae.simulation import Simulation
 from netdae.state import State
 from netdae.workers import Outcome, Tell
-
-FINISHED = "finished"
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,11 +107,13 @@ class EnsembleFolder:
             "net": net_figures(simulation.system),
             "deployment": figures_over([each["deployment"] for each in finished.values()]),
             "tether": figures_over([each["tether"] for each in finished.values()]),
+            "events": events_over([each["events"] for each in finished.values()]),
             "solver": figures_over([_counts(each["solver"]) for each in finished.values()]),
             "members": [
                 {"folder": member.name, "status": self._status(member, summary, errors)}
                 for member, summary in zip(self.members, told, strict=True)
             ],
+            "notes": [*simulation.notes],
             "warnings": [
                 *(f"{name} failed and is left out: {error}" for name, error in failed.items()),
                 *common_warnings({name: each["warnings"] for name, each in finished.items()}),
@@ -146,10 +146,14 @@ def fly_member(member: Member, tell: Tell) -> None:
     Tells ("compiling", a line) when kernels have to be compiled, and ("flown", the share of the time) now and then.
     """
     with told_when_compiling(lambda: tell(("compiling", COMPILING))):
-        simulation, ensemble = member.scenario.build(), member.ensemble
+        ensemble = member.ensemble
+        simulation = (
+            member.scenario.scattered(member.number) if ensemble.scatter else member.scenario
+        ).build()
         start = ensemble.start(member.number, simulation.start, simulation.system.restrained)
         folder = RunFolder(member.folder / member.name, member.scenario, frames=member.frames)
-        about = {"member": {"number": member.number, "perturb": ensemble.perturb, "seed": ensemble.seed}}
+        chosen = {"perturb": ensemble.perturb, "seed": ensemble.seed, "scatter": ensemble.scatter}
+        about = {"member": {"number": member.number, **chosen}}
         fly(replace(simulation, start=start), folder, observers=[_Teller(simulation, tell)], about=about)
 
 

@@ -32,7 +32,7 @@ from netdae.state import State
 from netdae.system import System
 
 
-class Firing(NamedTuple):
+class FoundEvent(NamedTuple):
     """An event that has been found; `state` is the first one at the event or just beyond it."""
 
     event: Event
@@ -97,7 +97,7 @@ class EventBook:
             for event in self._events
         )
 
-    def first(self, last: State, step: State, state_at: StateAt) -> Firing | None:
+    def first(self, last: State, step: State, state_at: StateAt) -> FoundEvent | None:
         """The earliest event in the step from `last` to `step`, or None, after which the step is behind.
 
         last : where the step began, or the state of the firing that was noted before
@@ -108,18 +108,18 @@ class EventBook:
         live = [watch for watch in self._watches if _live(watch)]
         self._step = last, state_at
         if self._together:
-            return Firing(self._watches[self._together[0]].event, last)
+            return FoundEvent(self._watches[self._together[0]].event, last)
         firing, end = None, step
         for watch in live:
             state = watch.found(last, end, state_at)
             if state is not None and (firing is None or state.t < end.t):
-                firing, end = Firing(watch.event, state), state
+                firing, end = FoundEvent(watch.event, state), state
         if firing is None:
             for watch in live:
                 watch.advance(last, step, state_at)
         return firing
 
-    def note(self, firing: Firing) -> None:
+    def note(self, firing: FoundEvent) -> None:
         """Book the firing that `first` has just given: the event is disarmed, and the step behind up to there."""
         assert self._step is not None
         last, state_at = self._step

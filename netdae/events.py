@@ -234,7 +234,8 @@ def event_called(name: str, events: Iterable[Event], *, by: str) -> Event:
     """The event that `by`, for instance a restraint, refers to; raises InputError that names those there are."""
     by_name = {event.name: event for event in events}
     if name not in by_name:
-        there = _choice(name, by_name) if by_name else "the flight has no events: add one under [[events]]"
+        none = "the flight has no events at all, add one under [[events]] or give a time in s"
+        there = _choice(name, by_name) if by_name else none
         raise InputError(f"{by}: there is no event {name!r}: {there}")
     return by_name[name]
 
@@ -243,4 +244,4 @@ def _choice(found: object, names: Iterable[str]) -> str:
     known = list(names)
     near = get_close_matches(found, known, n=1, cutoff=0.6) if isinstance(found, str) else []
     hint = f"did you mean {near[0]!r}? " if near else ""
-    return f"{hint}There are {', '.join(known)}"
+    return f"{hint}Choose one of {', '.join(known)}" if hint else f"choose one of {', '.join(known)}"

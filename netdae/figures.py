@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from netdae._arrays import FloatArray
-from netdae.gauge import MEASURES
+from netdae.gauge import MEASURE_NAMES
 
 HISTORY = (
     "time",
@@ -22,9 +22,9 @@ HISTORY = (
     "external_work",
     "momentum_residual",
     "angular_momentum_residual",
-    *MEASURES,
+    *MEASURE_NAMES,
 )
-"""Names of the histories, in SI units; see `gauge.MEASURES`.
+"""Names of the histories, in SI units; see `gauge.MEASURE_NAMES`.
 
 ..._residual of a momentum is the size of what its change differs by from the external impulse.
 """

@@ -45,7 +45,7 @@ Deviation = Annotated[float, Field(ge=0, le=1e6)]  # m/s, degrees, s
 Gap = Annotated[float, Field(ge=0, le=1e3)]  # m
 
 
-class Canister(Section):
+class CanisterEntry(Section):
     """The room that the net is folded into; its floor lies in the plane of the mesh."""
 
     depth: Length = Field(description="Depth, along the normal of the mesh's plane, m.")
@@ -53,7 +53,7 @@ class Canister(Section):
     side: Length | None = Field(None, description="Side of a square canister, m.")
 
 
-class Spread(Section):
+class SpreadEntry(Section):
     """Standard deviations of errors that are drawn from normal distributions, one per bullet."""
 
     speed: Deviation = Field(0.0, description="Of the speed, m/s.")
@@ -61,9 +61,12 @@ class Spread(Section):
     azimuth_deg: Deviation = Field(0.0, description="Of the direction about the axis, degrees.")
     time: Deviation = Field(0.0, description="Of the release, s; absolute values are taken.")
     seed: Annotated[int, Field(ge=0)] = Field(0, description="Seed of the draws.")
+    member: Annotated[int, Field(ge=0)] = Field(
+        0, description="Member of netdae run --ensemble --scatter whose draws are taken."
+    )
 
 
-class Ejection(Section):
+class EjectionEntry(Section):
     """Nodes that are shot outward from an axis."""
 
     group: Text = Field(description="Node group.")
@@ -84,7 +87,9 @@ class Ejection(Section):
     release_times: ReleaseTimes | None = Field(
         None, description="Releases, s after the begin of the flight, one per bullet; held until then."
     )
-    spread: Spread | None = Field(None, description="Errors that are drawn, beside those that are listed.")
+    spread: SpreadEntry | None = Field(
+        None, description="Errors that are drawn, beside those that are listed."
+    )
 
 
 class Initial(Section):
@@ -96,7 +101,7 @@ class Initial(Section):
     scale: FactorVector = Field(
         (1.0, 1.0, 1.0), description="Of scaled: factors along x, y and z of the mesh."
     )
-    canister: Canister | None = Field(
+    canister: CanisterEntry | None = Field(
         None, description="Of accordion and star: the room that the net is folded into."
     )
     folds: TwoCounts | None = Field(
@@ -123,7 +128,7 @@ class Initial(Section):
         (0.0, 0.0, 0.0), description="Turns about the fixed x, then y, then z axis, degrees."
     )
     velocity: Vector = Field((0.0, 0.0, 0.0), description="Velocity of the whole net, m/s.")
-    ejection: list[Ejection] = Field([], description="Groups that are shot.")
+    ejection: list[EjectionEntry] = Field([], description="Groups that are shot.")
 
 
 _KEYS = {
@@ -250,7 +255,12 @@ def _findings(initial: Initial, net: CableNet, start: State) -> tuple[str, ...]:
     return tuple(f"[initial]: {finding}" for finding in found if finding)
 
 
-def _shot_of(shot: Ejection, outward: Literal["start", "net"]) -> ejection.Ejection:
+def spread_of(spread: SpreadEntry | None) -> ejection.Spread:
+    """The deviations of an ejection; none where the scenario tells none."""
+    return ejection.Spread() if spread is None else ejection.Spread(**spread.model_dump())
+
+
+def _shot_of(shot: EjectionEntry, outward: Literal["start", "net"]) -> ejection.Ejection:
     return ejection.Ejection(
         shot.group,
         shot.speed,
@@ -260,6 +270,6 @@ def _shot_of(shot: Ejection, outward: Literal["start", "net"]) -> ejection.Eject
         shot.angle_errors_deg,
         shot.azimuth_errors_deg,
         shot.release_times,
-        None if shot.spread is None else ejection.Spread(**shot.spread.model_dump()),
+        spread_of(shot.spread),
         outward,
     )

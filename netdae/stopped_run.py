@@ -25,7 +25,7 @@ from netdae.scenario_digest import check_digests
 from netdae.scenario_schema import MOST_FRAMES
 from netdae.simulation import Simulation
 
-NEAR = 1e-6
+SAME_FRAME = 1e-6
 """Frames closer than this share of their spacing are one."""
 
 
@@ -58,7 +58,9 @@ class StoppedRun:
                 f"time that takes {MOST_FRAMES} at most"
             )
         update = {"solver": solver.model_copy(update={"end": self.end})}
-        simulation = replace(self.scenario, data=self.scenario.data.model_copy(update=update)).build()
+        scenario = replace(self.scenario, data=self.scenario.data.model_copy(update=update))
+        member = self.kept.memory.notes["about"].get("member", {})
+        simulation = (scenario.scattered(member["number"]) if member.get("scatter") else scenario).build()
         return replace(simulation, times=times_to(self.end, times, self.reached))
 
 
@@ -67,7 +69,7 @@ def times_to(end: float, times: FloatArray, reached: float) -> FloatArray:
     begin, spacing = times[0], times[1] - times[0]
     more = begin + spacing * np.arange(len(times), math.floor((end - begin) / spacing) + 1)
     grid = np.concatenate((times, more))
-    near = NEAR * spacing
+    near = SAME_FRAME * spacing
     grid = grid[(grid < end - near) & ((grid == reached) | (np.abs(grid - reached) > near))]
     return np.append(grid, end)
 

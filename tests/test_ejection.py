@@ -88,6 +88,16 @@ def test_spreads_have_their_deviations_and_streams_of_their_own():
     assert not np.array_equal(Spread(angle_deg=3.0, seed=5).drawn(count)[1], drawn[1])
 
 
+def test_each_member_draws_its_own_and_the_first_what_the_seed_alone_gives():
+    drawn = [np.array(Spread(speed=0.2, time=0.1, seed=4, member=k).drawn(5)) for k in range(3)]
+    assert np.array_equal(drawn[0], Spread(speed=0.2, time=0.1, seed=4).drawn(5))
+    assert np.array_equal(drawn[2], Spread(speed=0.2, time=0.1, seed=4, member=2).drawn(5))
+    assert not (drawn[0][0] == drawn[1][0]).any()
+    assert not (drawn[1][0] == drawn[2][0]).any()
+    streams = np.random.default_rng(4).spawn(4)  # as they were drawn before members were
+    assert np.array_equal(drawn[0][0], 0.2 * streams[0].standard_normal(5))
+
+
 def test_drawn_errors_add_to_listed_ones():
     spread = Spread(speed=0.2, seed=1)
     speed = np.linalg.norm(shot(spread=spread, speed_errors=[0.5, 0, 0, 0])[0], axis=1)

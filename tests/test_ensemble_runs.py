@@ -22,9 +22,9 @@ from rich.console import Console
 import netdae as nd
 from netdae import workers
 from netdae.cli import main
-from netdae.cli.ensemble import MembersProgress
+from netdae.cli.ensemble import MembersProgress, band_in_words
 from netdae.compilation import told_when_compiling
-from netdae.ensemble import Ensemble, bands_of, common_warnings, figures_over, statistics_of
+from netdae.ensemble import Ensemble, bands_of, common_warnings, events_over, figures_over, statistics_of
 from netdae.ensemble_folder import EnsembleFolder, fly_member
 from netdae.errors import InputError, RunError
 from netdae.gauge import Cordage
@@ -192,6 +192,53 @@ def test_bands_are_those_of_numpy_at_each_time():
     assert np.isnan(bands["none_mean"]).all()
 
 
+def test_times_of_events_are_those_of_the_first_in_each_member_that_had_them():
+    def record(name, time):
+        return {
+            "name": name,
+            "figure": "distance",
+            "value": 1.0,
+            "action": "none",
+            "time": time,
+            "found": time,
+        }
+
+    members = [
+        [record("far", 0.1), record("far", 0.9), record("wide", None)],
+        [record("far", 0.3), record("wide", None)],
+        [record("far", None), record("wide", None)],
+    ]
+    far, wide = events_over(members)
+    assert {key: far[key] for key in ("name", "figure", "value", "action", "of")} == {
+        "name": "far",
+        "figure": "distance",
+        "value": 1.0,
+        "action": "none",
+        "of": 3,
+    }
+    assert (far["time"]["n"], far["time"]["min"], far["time"]["max"]) == (2, 0.1, 0.3)
+    assert far["time"]["mean"] == pytest.approx(0.2)
+    assert far["time"]["std"] == pytest.approx(np.std([0.1, 0.3], ddof=1))
+    assert wide["time"]["n"] == 0
+    assert events_over([]) == []
+
+
+@pytest.mark.parametrize(
+    ("mean", "std", "words"),
+    [
+        (52.626, 2.21, "52.6 ± 2.2 N, 50.4 to 54.8 N"),
+        (0.74, 8.7e-10, "0.740000 ± 8.7e-10 N, 0.740000 to 0.740000 N"),
+        (1234.5, 310.0, "1234 ± 310 N, 924 to 1544 N"),
+        (0.0, 0.02, "0.000 ± 0.020 N, -0.020 to 0.020 N"),
+        (3.0, 0.0, "3 N"),
+        (3.25, float("nan"), "3.25 N"),
+    ],
+)
+def test_a_band_is_told_to_two_digits_of_its_deviation(mean, std, words):
+    of = {"n": 3, "mean": mean, "std": std, "min": mean - std, "max": mean + std}
+    assert band_in_words(of, "N") == words
+
+
 def test_warnings_that_differ_in_numbers_are_told_once():
     told = common_warnings({"a": ["2.5 m² at t = 1e-3 s", "slow"], "b": ["-3 m² at t = 0.1 s"], "c": []})
     assert told == ["in 2 of 3 members, first a: 2.5 m² at t = 1e-3 s", "in 1 of 3 members, first a: slow"]
@@ -209,7 +256,12 @@ def test_each_member_has_its_run_folder_and_the_first_its_frames(flown):
         frames = {"frames", "series.pvd"} if number == 0 else set()
         assert {path.name for path in member.iterdir()} == RUN_FILES | frames
         assert summary_of(member)["status"] == "finished"
-        assert summary_of(member)["member"] == {"number": number, "perturb": 1e-6, "seed": 7}
+        assert summary_of(member)["member"] == {
+            "number": number,
+            "perturb": 1e-6,
+            "seed": 7,
+            "scatter": False,
+        }
         assert len(nd.Trajectory.load(member)) == 5
 
 
@@ -313,6 +365,72 @@ def test_ensemble_without_disturbance_has_no_band(tmp_path):
         if name.endswith("_std"):
             of_cords = name.removesuffix("_std") in Cordage._fields  # which this net has not
             np.testing.assert_array_equal(column, np.full(5, np.nan if of_cords else 0.0), err_msg=name)
+
+
+SPREAD = SLACK.replace(
+    "half_angle_deg = 60", "half_angle_deg = 60\nspread = { speed = 0.5, time = 0.004, seed = 7 }"
+)
+WITH_EVENTS = """
+[[events]]
+figure = "distance"
+value = 0.01
+name = "on_its_way"
+[[events]]
+figure = "distance"
+value = 100.0
+name = "far"
+"""
+
+
+def speeds_of(folder):
+    """Of the bullets when all have left."""
+    flight = nd.Trajectory.load(folder)
+    net = nd.CableNet.square(side=1.0, cells=4)
+    return np.linalg.norm(flight[-1].v[net.nodes_of("corners")], axis=1)
+
+
+@pytest.mark.usefixtures("no_processes")
+def test_members_draw_their_own_errors_where_they_are_scattered(tmp_path, capsys):
+    """The net is slack to the end: nothing but the draws tells the members' bullets apart."""
+    arguments = ("--ensemble", 3, "--perturb", 0)
+    assert run(tmp_path / "alike", *arguments, text=SPREAD) == 0
+    assert run(tmp_path / "apart", *arguments, "--scatter", text=SPREAD + WITH_EVENTS) == 0
+    alike = [speeds_of(tmp_path / "alike" / "out" / f"member_{k:03d}") for k in range(3)]
+    apart = [speeds_of(tmp_path / "apart" / "out" / f"member_{k:03d}") for k in range(3)]
+    np.testing.assert_array_equal(alike[1], alike[0])
+    np.testing.assert_allclose(apart[0], alike[0], rtol=1e-9)  # the first draws what the seed alone gives
+    for k in range(3):
+        expected = 5.0 + nd.Spread(speed=0.5, seed=7, member=k).drawn(4)[0]
+        np.testing.assert_allclose(apart[k], expected, rtol=1e-4)  # no force but the solver's tolerance
+    assert len({tuple(each.round(3)) for each in apart}) == 3
+    summary = summary_of(tmp_path / "apart" / "out")
+    assert summary["ensemble"]["scatter"]
+    on_its_way, far = summary["events"]
+    times = [
+        next(each["time"] for each in summary_of(tmp_path / "apart" / "out" / f"member_{k:03d}")["events"])
+        for k in range(3)
+    ]
+    assert on_its_way["time"] == pytest.approx(statistics_of(times))
+    assert on_its_way["time"]["std"] > 1e-5
+    assert (far["time"]["n"], far["of"]) == (0, 3)
+    shown = capsys.readouterr().out
+    assert "event on_its_way in 3 of 3 members, t = 0.0" in shown
+    assert "event far did not happen in any member" in shown
+
+
+@pytest.mark.usefixtures("no_processes")
+def test_scattered_member_that_is_flown_on_keeps_its_own_errors(tmp_path):
+    """Bullets that are held to the end of the run leave, when it is flown on, with what their member drew."""
+    text = SPREAD.replace("time = 0.004, ", "").replace("end = 0.02", "end = 0.01")
+    text = text.replace(
+        "half_angle_deg = 60", "half_angle_deg = 60\nrelease_times = [0.012, 0.012, 0.012, 0.012]"
+    )
+    assert run(tmp_path, "--ensemble", 2, "--perturb", 0, "--scatter", text=text) == 0
+    member = tmp_path / "out" / "member_001"
+    assert not speeds_of(member).any()
+    assert main(["run", "--resume", str(member), "--until", "0.02"]) == 0
+    expected = 5.0 + nd.Spread(speed=0.5, seed=7, member=1).drawn(4)[0]
+    np.testing.assert_allclose(speeds_of(member), expected, rtol=1e-4)
 
 
 def failing(numbers):
@@ -482,6 +600,8 @@ def test_folder_with_a_former_ensemble_is_refused_and_kept(left, tmp_path, capsy
         (["--seed", "3"], "--seed is for ensembles"),
         (["--processes", "2"], "--processes is for ensembles"),
         (["--all-frames"], "--all-frames is for ensembles"),
+        (["--scatter"], "--scatter is for ensembles"),
+        (["--ensemble", "2", "--scatter"], "no [[initial.ejection]] has a spread above zero: add one"),
     ],
     ids=" ".join,
 )

@@ -528,7 +528,7 @@ def test_a_net_that_opens_has_its_largest_mouth_where_many_frames_have_it(method
 
 WRONG = [
     (lambda: Event("mouth_areaa", 1.0), "figure is 'mouth_areaa': did you mean 'mouth_area'?"),
-    (lambda: Event("mouth_area", 1.0, action="halt"), "action is 'halt': There are none, stop"),
+    (lambda: Event("mouth_area", 1.0, action="halt"), "action is 'halt': choose one of none, stop"),
     (lambda: Event("mouth_area"), "'mouth_area': value is missing: give one in m²"),
     (lambda: Event("tether_taut", 1.0), "value is 1, but tether_taut takes none"),
     (lambda: Event("mouth_area", -1.0), "value is -1, expected a finite number above 0 for mouth_area"),

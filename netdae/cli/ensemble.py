@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import logging
+import math
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from netdae.errors import RunError
+from netdae.errors import InputError, RunError
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -38,6 +39,12 @@ def fly_ensemble(
     from netdae.workers import processes_for
 
     workers = processes_for(ensemble.size, processes)
+    if ensemble.scatter and not scenario.has_spread:
+        raise InputError(
+            f"{scenario.path}: --scatter lets each member draw its own errors of the ejection, but no "
+            "[[initial.ejection]] has a spread above zero: add one, for instance spread = { speed = 0.05 }, or leave "
+            "--scatter out"
+        )
     folder = EnsembleFolder(output, scenario, ensemble, overwrite=overwrite, all_frames=all_frames)
     simulation = scenario.build()  # tells mistakes before any process is started
     folder.claim()
@@ -46,7 +53,7 @@ def fly_ensemble(
         f"{simulation.system.net.cable_count} cables, "
         f"t = {simulation.times[0]:g} to {simulation.times[-1]:g} s\n"
         f"{ensemble.size} starts disturbed by {ensemble.perturb:g} m, seed {ensemble.seed}, "
-        f"in {workers} processes",
+        f"{'each with its own errors of the ejection, ' if ensemble.scatter else ''}in {workers} processes",
         flush=True,
     )
     with told_when_compiling(lambda: print(COMPILING, flush=True)):
@@ -104,10 +111,34 @@ def _lines(folder: EnsembleFolder, summary: dict[str, Any]) -> Iterator[str]:
         ("tension_quantile_99_9", "tension for 99.9 % of the time up to", "N"),
     ):
         if name in figures:
-            of = figures[name]
-            yield f"{words} {of['mean']:.5g} ± {of['std']:.2g} {unit}, {of['min']:.5g} to {of['max']:.5g} {unit}"
+            yield f"{words} {band_in_words(figures[name], unit)}"
+    for event in summary["events"]:
+        yield _line_of(event)
+    for note in summary["notes"]:
+        yield f"note: {note}"
     for warning in summary["warnings"]:
         yield f"warning: {warning}"
+
+
+def _line_of(event: dict[str, Any]) -> str:
+    time = event["time"]
+    if time["n"] == 0:
+        return f"event {event['name']} did not happen in any member"
+    return f"event {event['name']} in {time['n']} of {event['of']} members, t = {band_in_words(time, 's')}"
+
+
+def band_in_words(of: Mapping[str, float], unit: str) -> str:
+    """Mean ± deviation and the range, to two digits of the deviation but to six of the mean at most."""
+    mean, std = of["mean"], of["std"]
+    if not (math.isfinite(std) and std > 0):  # of one member, or of members that agree
+        return f"{mean:.5g} {unit}"
+    wanted, most = (
+        digits - math.floor(math.log10(size)) for digits, size in ((1, std), (5, max(abs(mean), std)))
+    )
+    decimals = max(0, min(wanted, most))
+    middle, low, high = (f"{of[name]:.{decimals}f}" for name in ("mean", "min", "max"))
+    deviation = f"{std:.{decimals}f}" if wanted <= most else f"{std:.2g}"
+    return f"{middle} ± {deviation} {unit}, {low} to {high} {unit}"
 
 
 class MembersProgress:

@@ -60,6 +60,13 @@ def run(
     seed: Annotated[
         int | None, Parameter(converter=whole_number, help="Of the ensemble's disturbances; 0 by default.")
     ] = None,
+    scatter: Annotated[
+        bool,
+        Parameter(
+            negative="",
+            help="Let each member of an ensemble draw its own ejection errors by the scenario's spread.",
+        ),
+    ] = False,
     processes: Annotated[
         int | None,
         Parameter(
@@ -80,6 +87,7 @@ def run(
     of_ensemble = {
         "--perturb": perturb,
         "--seed": seed,
+        "--scatter": scatter or None,
         "--processes": processes,
         "--all-frames": all_frames or None,
     }
@@ -111,7 +119,7 @@ def run(
 
             fly_ensemble(
                 told,
-                Ensemble(ensemble, 1e-9 if perturb is None else perturb, seed or 0),
+                Ensemble(ensemble, 1e-9 if perturb is None else perturb, seed or 0, scatter),
                 target,
                 processes=processes,
                 overwrite=overwrite,
