@@ -83,8 +83,9 @@ class Material:
 
 def _just_one(first: str, one: float | None, second: str, other: float | None) -> None:
     if (one is None) == (other is None):
-        found = "neither" if one is None else "both"
-        raise InputError(f"material: {found} of {first} and {second} is given: give just one of them")
+        if one is None:
+            raise InputError(f"material: neither of {first} and {second} is given: give one of them")
+        raise InputError(f"material: both of {first} and {second} are given: leave one of them out")
 
 
 @dataclass(frozen=True, eq=False)

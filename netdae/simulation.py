@@ -24,7 +24,7 @@ class Simulation:
     findings : what the author of the mesh file should know
     events : finds what happens during the flight; None where nothing is looked for
     launch : the bullets that are shot
-    notes : what was set for the flight beside what its scenario says
+    notes : what was set for the flight beside what its scenario says, and what is unusual in it, see `plausibility`
     """
 
     title: str

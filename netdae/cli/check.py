@@ -59,5 +59,5 @@ def _lines(simulation: Simulation) -> Iterator[str]:
     yield f"stiffest frequency  {frequency:.4g} Hz with all cables taut"
     if frequency > 0:
         yield f"explicit step       an undamped explicit scheme needs steps below {1 / (pi * frequency):.3g} s"
-    for finding in simulation.findings:
+    for finding in (*simulation.findings, *simulation.notes):
         yield f"note                {finding}"
