@@ -111,6 +111,16 @@ class Rayleigh:
         return terms
 
 
+def check_damping(damping: Damping, *, slides: bool) -> None:
+    """Raise InputError for what is no damping, and for one that no cord can have that slides through rings."""
+    if not hasattr(damping, "viscosity_times"):
+        raise InputError(f"damping is {damping!r}: give a Dashpot, Rayleigh, or NoDamping() for none")
+    if slides and isinstance(damping, Rayleigh) and damping.beta > 0:
+        raise InputError(
+            "rayleigh: beta holds a cord through rings, which has to slide: use the dashpot, or beta = 0"
+        )
+
+
 def _check_not_negative(kind: str, name: str, value: float | None) -> None:
     if value is None or not (math.isfinite(value) and value >= 0):
         raise InputError(f"{kind}: {name} is {value}: give a finite number, zero or more")

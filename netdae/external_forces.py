@@ -28,19 +28,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from netdae import earth
-from netdae.errors import InputError
 from netdae.forces import air, free_molecular, solar
 from netdae.forces.air import AirDrag
-from netdae.forces.orbit import OrbitForce
-from netdae.scales import Push, Scales, gravities_of, kind_of, push_of, scales_of
-from netdae.state import State
+from netdae.scales import Scales
+from netdae.surface_forces import SurfaceForce, surface_force_of
 from netdae.system import System
-
-SIGNIFICANT = 0.01
-"""Displacement over size from which a force matters."""
 
 ON_GROUND = {"gravity", "air"}
 """Of what a system may have, what no orbit has."""
@@ -66,79 +61,30 @@ class ExternalForce:
     remedy: str = ""
 
 
-@dataclass(frozen=True)
-class Ranking:
-    """All forces, the one that moves the net most first.
-
-    altitude : m, of the orbit; None on the ground
-    """
-
-    scales: Scales
-    altitude: float | None
-    forces: tuple[ExternalForce, ...]
-
-    def share(self, force: ExternalForce) -> float:
-        """Displacement over the size of the net."""
-        return force.displacement / self.scales.size
-
-    @property
-    def significant(self) -> tuple[ExternalForce, ...]:
-        """Forces that move the net by `SIGNIFICANT` of its size or more."""
-        return tuple(force for force in self.forces if self.share(force) >= SIGNIFICANT)
-
-    @property
-    def missing(self) -> tuple[ExternalForce, ...]:
-        """Forces that are significant but not in the system."""
-        return tuple(force for force in self.significant if not force.included)
-
-
-def ranking_of(
+def external_forces_of(
     system: System,
-    start: State,
+    t: float,
+    scales: Scales,
     *,
-    flight_time: float,
+    included: frozenset[str],
     altitude: float | None = None,
     charge: float = 0.0,
     current: float = 0.0,
-) -> Ranking:
-    """Forces on the net of a system that flies from `start`, ranked by the displacement that they cause.
+) -> list[ExternalForce]:
+    """Forces on the net of a system just after t, in no order.
 
-    flight_time : s
+    included : which of orbit, drag, sunlight, air and gravity the system has
     altitude : m, of the circular orbit; None leaves out what acts in orbit alone
     charge : C, on a net that holds one; current : A, along a net that carries one
-
-    Uniform gravity and air are listed where the system has one of them.
-    Raises InputError for a flight time, altitude, charge or current that cannot be.
     """
-    if not (math.isfinite(flight_time) and flight_time > 0):
-        raise InputError(f"flight time is {flight_time:g} s: give a time above zero")
-    for name, value, unit in (("charge", charge, "C"), ("current", current, "A")):
-        if not math.isfinite(value):
-            raise InputError(f"{name} is {value:g} {unit}: give a finite number, zero where there is none")
-    scales, included = scales_of(system, start, flight_time), included_in(system, start.t)
     forces = [*_of_the_net(scales)]
     if altitude is not None:
         forces += _of_the_orbit(scales, altitude, included)
-        forces += _on_the_surface(system, start.t, scales, altitude)
+        forces += _on_the_surface(system, t, scales, altitude)
         forces.append(_lorentz(scales, altitude, charge, current))
     if included & ON_GROUND:
-        forces += _of_the_ground(system, start.t, scales, included)
-    if scales.held:
-        forces = [replace(force, displacement=min(force.displacement, scales.size)) for force in forces]
-    forces.sort(key=lambda force: (-force.displacement, -force.newtons))
-    return Ranking(scales, altitude, tuple(forces))
-
-
-def included_in(system: System, t: float = 0.0) -> frozenset[str]:
-    """Which of orbit, drag, sunlight, air and gravity a system has, on cords or on bodies, just after t."""
-    found = {kind for force in system.forces if (kind := kind_of(force, t)) is not None}
-    return frozenset(found | ({"gravity"} if gravities_of(system) else set()))
-
-
-def orbit_altitude(system: System) -> float | None:
-    """Altitude in m of the orbit that a system has; raises InputError where the Earth has none like it."""
-    orbits = [force for force in system.forces if isinstance(force, OrbitForce)]
-    return earth.altitude_of(orbits[0].mean_motion) if orbits else None
+        forces += _of_the_ground(system, t, scales, included)
+    return forces
 
 
 def _of_the_net(s: Scales) -> Iterator[ExternalForce]:
@@ -201,7 +147,7 @@ def _on_the_surface(system: System, t: float, s: Scales, altitude: float) -> Ite
     V = earth.circular_speed(altitude)
     yield from _pushed(
         "aerodynamic drag",
-        push_of(system, t, "drag"),
+        surface_force_of(system, t, "drag"),
         0.5 * earth.density(altitude) * V**2 * free_molecular.TYPICAL * s.area,
         s,
         ("½ ρ V² C_D A", "C_D and ρ of the scenario", f"C_D = {free_molecular.TYPICAL:g}"),
@@ -210,7 +156,7 @@ def _on_the_surface(system: System, t: float, s: Scales, altitude: float) -> Ite
     )
     yield from _pushed(
         "solar pressure",
-        push_of(system, t, "sunlight"),
+        surface_force_of(system, t, "sunlight"),
         earth.SOLAR_PRESSURE * solar.TYPICAL * s.area,
         s,
         ("P C_R A", "C_R and P of the scenario", f"C_R = {solar.TYPICAL:g}"),
@@ -221,7 +167,7 @@ def _on_the_surface(system: System, t: float, s: Scales, altitude: float) -> Ite
 
 def _pushed(
     name: str,
-    push: Push | None,
+    push: SurfaceForce | None,
     estimate: float,
     s: Scales,
     formula: tuple[str, str, str],
@@ -250,7 +196,7 @@ def _pushed(
         yield ExternalForce(name, estimate, shift, False, terms, source, remedy)
 
 
-def _moves(push: Push) -> str:
+def _moves(push: SurfaceForce) -> str:
     """In words: on what a push acts and what it moves."""
     return {
         "cords": "on cords, moves ½ (F/m_c) t²",
@@ -291,7 +237,7 @@ def _of_the_ground(system: System, t: float, s: Scales, included: frozenset[str]
     coefficient = AirDrag().normal_coefficient
     of_cords = 0.5 * air.SEA_LEVEL * coefficient * s.area  # k, kg/m
     v, in_air = (max(s.speed, s.fall.speed(k)) for k in (s.air, s.air + of_cords))
-    push = push_of(system, t, "air", speed=v)
+    push = surface_force_of(system, t, "air", speed=v)
     path = max(s.speed * s.flight_time, s.fall.way(s.air if s.air else of_cords))
     yield from _pushed(
         "air drag",

@@ -16,7 +16,7 @@ from netdae.tether import own_nodes_of
 if TYPE_CHECKING:
     from netdae.system import System
 
-MEASURES = (
+MEASURE_NAMES = (
     "kinetic_energy",
     "elastic_energy",
     "tension",
@@ -124,7 +124,7 @@ class Gauge:
         return momentum / size if moving else None
 
     def measure(self, x: FloatArray, v: FloatArray) -> tuple[float, ...]:
-        """What `MEASURES` names."""
+        """What `MEASURE_NAMES` names."""
         system = self.system
         cables = system.cables_at(x)
         measured = _measured(

@@ -31,7 +31,7 @@ STIFFNESS = 1e3
 STEP = 1e-6
 """Differences move a node by this share of the shortest rest length, or of the largest speed (1 m/s at least)."""
 
-MARGIN = 10.0
+KINK_MARGIN = 10.0
 """A cable stands at a kink of its law nearer than so many times what one difference stretches it."""
 
 
@@ -148,9 +148,9 @@ def _at_kinks(system: System, x: FloatArray, v: FloatArray, steps: tuple[float, 
     length, speed = np.linalg.norm(d, axis=1), np.linalg.norm(w, axis=1)
     of_strain, of_rate = steps[0] * length / LL, (steps[0] * speed + steps[1] * length) / LL
     of_stress = (dg + cables.tau * np.abs(ddg * rate)) * of_strain + cables.tau * dg * of_rate
-    turns = np.abs(E11) <= MARGIN * of_strain
-    leaves_toe = (cables.eps > 0) & (np.abs(own - cables.eps) <= MARGIN * of_strain)
-    clamps = (E11 > 0) & (cables.tau > 0) & (np.abs(g + cables.tau * dg * rate) <= MARGIN * of_stress)
+    turns = np.abs(E11) <= KINK_MARGIN * of_strain
+    leaves_toe = (cables.eps > 0) & (np.abs(own - cables.eps) <= KINK_MARGIN * of_strain)
+    clamps = (E11 > 0) & (cables.tau > 0) & (np.abs(g + cables.tau * dg * rate) <= KINK_MARGIN * of_stress)
     return turns | leaves_toe | clamps
 
 

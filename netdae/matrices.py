@@ -7,8 +7,13 @@ forces against it. Symbols: xₑ (m, 6) positions of a cable's two nodes, Δ (6,
 from __future__ import annotations
 
 import numpy as np
+from scipy import sparse
 
 from netdae._arrays import FloatArray
+from netdae.assembly import assembled
+from netdae.forces.cables import law_of
+from netdae.material import Cords
+from netdae.net import CableNet
 
 DELTA = np.block([[np.eye(3), -np.eye(3)], [-np.eye(3), np.eye(3)]])
 """Δ of Eq. (2)."""
@@ -35,3 +40,37 @@ def reference_stiffness(span: FloatArray, EA: FloatArray, L: FloatArray) -> Floa
     n = span / np.linalg.norm(span, axis=1)[:, None]
     N = np.concatenate((n, -n), axis=1)
     return (EA / L)[:, None, None] * N[:, :, None] * N[:, None, :]
+
+
+def secant_of(net: CableNet, cords: Cords, L: FloatArray, x: FloatArray) -> sparse.csr_matrix:
+    """S(x) of Eqs. (5), (8), (3n, 3n), with the rest lengths L (m,)."""
+    S11, _ = _stress_and_slope(net, cords, L, x)
+    return assembled(secant(S11, cords.area, L), net.cables, net.node_count)
+
+
+def tangent_of(net: CableNet, cords: Cords, L: FloatArray, x: FloatArray) -> sparse.csr_matrix:
+    """T(x) of Eqs. (6), (8), (3n, 3n), with the rest lengths L (m,)."""
+    elements = tangent(_positions(net, x), *_stress_and_slope(net, cords, L, x), cords.area, L)
+    return assembled(elements, net.cables, net.node_count)
+
+
+def reference_stiffness_of(net: CableNet, cords: Cords) -> sparse.csr_matrix:
+    """T(x̄) of Eq. (9), (3n, 3n)."""
+    elements = reference_stiffness(net.spans, cords.axial_stiffness, net.rest_length)
+    return assembled(elements, net.cables, net.node_count)
+
+
+def _positions(net: CableNet, x: FloatArray) -> FloatArray:
+    """xₑ (m, 6)."""
+    return x[net.cables].reshape(-1, 6)
+
+
+def _stress_and_slope(
+    net: CableNet, cords: Cords, L: FloatArray, x: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """S11 and ∂S11/∂E11, (m,) each, Pa, of the cords' laws."""
+    E11 = green_lagrange_strain(_positions(net, x), L)
+    laws = [law_of(*each) for each in zip(E11, cords.toe_strain, cords.engineering, strict=True)]
+    ratio, slope, *_ = np.array(laws).T
+    modulus = cords.axial_stiffness / cords.area
+    return modulus * ratio, modulus * slope

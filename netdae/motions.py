@@ -177,7 +177,7 @@ def _three(name: str, value: ArrayLike, t: float) -> FloatArray:
     return vector
 
 
-SAMPLES = tuple(k * 0.5 * (5**0.5 - 1) % 1 for k in range(9))
+CHECKED_SHARES = tuple(k * 0.5 * (5**0.5 - 1) % 1 for k in range(9))
 """Where a motion is checked, as shares of the flight; multiples of no time, so that an oscillation is met in
 many phases."""
 
@@ -191,7 +191,7 @@ def check_derivatives(motion: Motion, axes: IntArray, begin: float, end: float) 
     They are asked between `begin` and `end` only, and never across a declared jump or kink.
     """
     cuts = sorted({begin, end, *(t for t in (*motion.jumps, *motion.kinks) if begin < t < end)})
-    times = [begin + share * (end - begin) for share in SAMPLES]
+    times = [begin + share * (end - begin) for share in CHECKED_SHARES]
     largest = np.abs([[f[axes] for f in motion.at(t)] for t in times]).max(axis=(0, 2))
     # so that an oscillation at any rate is differentiated over a thousandth of a radian
     rates = [b / a for a, b in pairwise(largest) if a > 0]

@@ -71,7 +71,7 @@ TETHER_TENSION = "tether_tension"
 _LESS = "_less_impulse"
 _IMPULSES = {"momentum": "external_impulse", "angular_momentum": "external_angular_impulse"}
 
-FIGURES = {
+DESIGNS = {
     "area": Design(
         "Areas",
         (
@@ -167,21 +167,21 @@ FIGURES = {
 }
 """Figures by name, without the overview. A further column of metrics.csv gets its place here."""
 
-NAMES = (OVERVIEW, *FIGURES)
+NAMES = (OVERVIEW, *DESIGNS)
 """What can be asked for."""
 
 
 def heading_of(name: str) -> str:
     """Of a figure of several runs."""
-    return "Overview" if name == OVERVIEW else FIGURES[name].heading
+    return "Overview" if name == OVERVIEW else DESIGNS[name].heading
 
 
 def check_name(name: str) -> None:
     """Raise InputError, with the nearest, for a name that no figure has."""
     if name not in NAMES:
         near = get_close_matches(name, NAMES, n=1, cutoff=0.4)
-        hint = f": did you mean {near[0]}?" if near else ":"
-        raise InputError(f"{name!r} is not a figure{hint} There are {', '.join(NAMES)}")
+        hint = f"did you mean {near[0]}? Choose" if near else "choose"
+        raise InputError(f"there is no figure {name!r}: {hint} one of {', '.join(NAMES)}")
 
 
 def curve_of(run: FlownRun, column: str) -> Curve | None:
@@ -194,7 +194,7 @@ def curve_of(run: FlownRun, column: str) -> Curve | None:
 
 def panels_of(name: str, runs: Sequence[FlownRun]) -> list[Panel]:
     """The panels of a figure for these runs, each with the quantities that a run has; none where no run has any."""
-    designs = FIGURES.values() if name == OVERVIEW else [FIGURES[name]]
+    designs = DESIGNS.values() if name == OVERVIEW else [DESIGNS[name]]
     panels = [panel for design in designs for panel in design.panels if name != OVERVIEW or panel.in_overview]
     return [shown for panel in panels for shown in _shown(panel, runs)]
 

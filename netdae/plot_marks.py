@@ -10,7 +10,7 @@ import numpy as np
 
 from netdae._arrays import FloatArray
 from netdae.plot_figures import SHARE_OF_STRENGTH, TETHER_TENSION, Panel, curve_of
-from netdae.plot_runs import FlownRun, Mark, Strength
+from netdae.plot_runs import EventMark, FlownRun, Strength
 from netdae.plot_style import cut, look_of
 
 _SLANT = 25  # degrees, of the names of events
@@ -75,7 +75,7 @@ def mark_labels(runs: Sequence[FlownRun], gap: float) -> list[tuple[float, str]]
     ]
 
 
-def _times_by_name(marks: Sequence[Mark]) -> dict[str, list[float]]:
+def _times_by_name(marks: Sequence[EventMark]) -> dict[str, list[float]]:
     found: dict[str, list[float]] = {}
     for mark in marks:
         found.setdefault(mark.name, []).append(mark.time)

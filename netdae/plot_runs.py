@@ -28,7 +28,7 @@ class Curve(NamedTuple):
     high: FloatArray | None = None
 
 
-class Mark(NamedTuple):
+class EventMark(NamedTuple):
     """An event that happened, times in s; of an ensemble `time` is the mean of the members, `low` to `high` all."""
 
     name: str
@@ -60,7 +60,7 @@ class FlownRun:
     time: FloatArray
     curves: Mapping[str, Curve]
     members: int
-    marks: tuple[Mark, ...]
+    marks: tuple[EventMark, ...]
     strengths: tuple[Strength, ...]
 
     @property
@@ -198,11 +198,11 @@ def _times_of(summary: Mapping[str, Any]) -> list[tuple[str, float]]:
     ]
 
 
-def _marks_of(summary: Mapping[str, Any]) -> tuple[Mark, ...]:
-    return tuple(Mark(name, time, time, time) for name, time in _times_of(summary))
+def _marks_of(summary: Mapping[str, Any]) -> tuple[EventMark, ...]:
+    return tuple(EventMark(name, time, time, time) for name, time in _times_of(summary))
 
 
-def _ensemble_marks(path: Path, summary: Mapping[str, Any]) -> tuple[Mark, ...]:
+def _ensemble_marks(path: Path, summary: Mapping[str, Any]) -> tuple[EventMark, ...]:
     """An event of the members, at their first each."""
     members = summary.get("members")
     names = [
@@ -218,7 +218,7 @@ def _ensemble_marks(path: Path, summary: Mapping[str, Any]) -> tuple[Mark, ...]:
         for event, time in of_member.items():
             firsts.setdefault(event, []).append(time)
     return tuple(
-        Mark(name, sum(times) / len(times), min(times), max(times)) for name, times in firsts.items()
+        EventMark(name, sum(times) / len(times), min(times), max(times)) for name, times in firsts.items()
     )
 
 

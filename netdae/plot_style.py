@@ -16,7 +16,7 @@ DPI = 150
 """Of PNG files."""
 
 
-class Look(NamedTuple):
+class CurveStyle(NamedTuple):
     """How a curve is drawn."""
 
     color: str
@@ -75,14 +75,14 @@ def styled() -> Iterator[None]:
         yield
 
 
-def look_of(number: int) -> Look:
+def look_of(number: int) -> CurveStyle:
     """Of the curve with that number; no two among the first 168 are alike."""
-    return Look(
+    return CurveStyle(
         _COLORS[number % len(_COLORS)], _LINES[number % len(_LINES)], _MARKERS[number % len(_MARKERS)]
     )
 
 
-def filling_of(number: int, look: Look) -> str:
+def filling_of(number: int, look: CurveStyle) -> str:
     """Colour inside the marker of that curve."""
     return "white" if number % 2 else look.color
 

@@ -18,26 +18,18 @@ w = v sin θ is along the cords. The fall of a free net jerks no cord.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from netdae._arrays import BoolArray, FloatArray, IntArray
-from netdae.forces.air import AirOnCables
-from netdae.forces.drag import DragOnBodies
-from netdae.forces.free_molecular import MolecularDrag
+from netdae._arrays import FloatArray
 from netdae.forces.loads import UniformLoad
-from netdae.forces.orbit import OrbitForce
-from netdae.forces.protocol import Force
-from netdae.forces.solar import LightOnCables, is_light
+from netdae.forces.solar import is_light
 from netdae.restraints import Restraint
 from netdae.state import State
+from netdae.surface_forces import surface_force_of
 from netdae.system import System
-from netdae.tether import CABLE_GROUPS, FOREIGN
-
-FASTEST_WIND = 1000.0
-"""m/s: what streams faster at a body is the thin air of an orbit, at 7 km/s and more; no wind on the ground is so."""
+from netdae.tether import is_own_node, own_cables_of
 
 
 @dataclass(frozen=True)
@@ -125,15 +117,14 @@ def scales_of(system: System, start: State, flight_time: float) -> Scales:
     are held. A free net is given none by its fall, see `Fall`. A net at rest else crosses its size in the flight time.
     """
     net, cords = system.net, system.cords
-    nodes = nodes_of_net(system)
-    cables = _members(net.cable_groups, net.cable_count, CABLE_GROUPS)
+    nodes, cables = is_own_node(net), own_cables_of(net)
     mass = system.mass[nodes]
     lengths, size = net.rest_length[cables], _span(net.nodes[nodes])
     impedances = np.sqrt(cords.axial_stiffness * cords.linear_density)[cables]
     stiffest = int(np.argmax(impedances))
     holds = [r for r in system.restraints if nodes[r.nodes_of(net)].any()]
     g = _gravity_during(system, start.t, start.t + flight_time)
-    air = push_of(system, start.t, "air", speed=1.0, still=True)
+    air = surface_force_of(system, start.t, "air", speed=1.0, still=True)
     held = max((_held_during(r, start.t, flight_time) for r in holds), default=0.0)
     stretch = float(mass.sum()) * g / float(cords.axial_stiffness[cables].max())
     sag = _sag_of(system, start, holds, stretch) if held > 0 else 0.0
@@ -161,19 +152,6 @@ def scales_of(system: System, start: State, flight_time: float) -> Scales:
     )
 
 
-def _members(groups: Mapping[str, IntArray], count: int, others: tuple[str, ...]) -> BoolArray:
-    """Nodes or cables that belong to the net, not to its tether, (count,)."""
-    mask = np.ones(count, dtype=np.bool_)
-    for name in others:
-        mask[groups.get(name, [])] = False
-    return mask
-
-
-def nodes_of_net(system: System) -> BoolArray:
-    """Nodes that belong to the net, not to its tether or to drums, (n,)."""
-    return _members(system.net.node_groups, system.net.node_count, FOREIGN)
-
-
 def _span(x: FloatArray) -> float:
     """Twice the largest distance from the middle of points x (n, 3), m."""
     return 2 * float(np.linalg.norm(x - x.mean(axis=0), axis=1).max())
@@ -188,7 +166,7 @@ def _held_during(restraint: Restraint, begin: float, flight_time: float) -> floa
 
 def _sag_of(system: System, start: State, holds: list[Restraint], stretch: float) -> float:
     """h in m; stretch : m g/EĀ."""
-    net, nodes = system.net, nodes_of_net(system)
+    net, nodes = system.net, is_own_node(system.net)
     of_holds = np.unique(np.concatenate([r.nodes_of(net) for r in holds]))
     x, held = net.nodes[nodes], net.nodes[of_holds[nodes[of_holds]]]
     L, l = _span(x), _span(start.x[nodes])  # noqa: E741  # the page's letter
@@ -231,85 +209,3 @@ def _pulls_masses(load: UniformLoad, system: System) -> bool:
     nodes, pulled = load.nodes[:, 0], np.zeros(system.net.node_count, dtype=np.bool_)
     pulled[nodes] = load.weight == system.spatial_mass[nodes]
     return bool(pulled[system.spatial_mass > 0].all()) and not is_light(load)
-
-
-def kind_of(force: Force, t: float) -> str | None:
-    """Which of orbit, drag, sunlight and air a force is, just after t; None for others.
-
-    The drag of bodies has one law in orbit and in dense air: it is told apart by `FASTEST_WIND`.
-    """
-    match force:
-        case OrbitForce():
-            return "orbit"
-        case MolecularDrag():
-            return "drag"
-        case AirOnCables():
-            return "air"
-        case DragOnBodies():
-            return "drag" if size_of(force, t) > FASTEST_WIND else "air"
-        case _:
-            return "sunlight" if is_light(force) else None
-
-
-@dataclass(frozen=True)
-class Push:
-    """What the air, or light, does to the net.
-
-    newtons : on cords and bodies together, N
-    acceleration : m/s², the larger of that of the cords and those of the bodies, each force on the mass it acts on
-    stream : m/s, of the air, or one for light
-    on : "cords", "bodies" or "cords and bodies"
-    """
-
-    newtons: float
-    acceleration: float
-    stream: float
-    on: str
-
-
-def push_of(system: System, t: float, kind: str, *, speed: float = 0.0, still: bool = False) -> Push | None:
-    """All forces of a kind, drag, sunlight or air, that a system has on its net; None where it has none.
-
-    speed : m/s, of the net through still air; still : leaves out the wind
-    """
-    nodes = nodes_of_net(system)
-    cords, bodies, fastest, stream = 0.0, 0.0, 0.0, 0.0
-    found = [force for force in system.forces if kind_of(force, t) == kind]
-    cord_mass = float(
-        system.cords.linear_density @ (system.net.rest_length * nodes[system.net.cables].all(axis=1))
-    )
-    for force in found:
-        own = 0.0 if still else size_of(force, t)
-        acting = nodes[force.nodes].all(axis=1)
-        newtons = float(_coefficients(force) @ acting) * (own if kind == "sunlight" else (own + speed) ** 2)
-        stream = max(stream, own)
-        if force.nodes.shape[1] == 1:
-            bodies += newtons
-            mass = float(system.spatial_mass[force.nodes[acting, 0]].sum())
-            fastest = max(fastest, newtons / mass if mass > 0 else 0.0)
-        else:
-            cords += newtons
-    if not found:
-        return None
-    on = {force.nodes.shape[1] for force in found}
-    names = " and ".join(name for number, name in ((2, "cords"), (1, "bodies")) if number in on)
-    fastest = max(fastest, cords / cord_mass if cord_mass > 0 else 0.0)
-    return Push(cords + bodies, fastest, stream, names)
-
-
-def _coefficients(force: Force) -> FloatArray:
-    """What |w|² or the light is multiplied with where a force is largest, (m,)."""
-    match force:
-        case AirOnCables():
-            return 2 * force.across * force.L
-        case MolecularDrag() | LightOnCables():
-            return 2 * force.weight * force.L
-        case DragOnBodies() | UniformLoad():
-            return force.weight
-    raise TypeError(f"{type(force).__name__} is neither drag nor light")
-
-
-def size_of(force: Force, t: float) -> float:
-    """|signal| of a force just after t."""
-    signal = force.signal  # type: ignore[attr-defined]  # of all that is asked for here
-    return float(np.linalg.norm(signal(math.nextafter(t, math.inf))))

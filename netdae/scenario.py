@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
+import re
 import tomllib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pydantic import ValidationError
@@ -12,8 +13,10 @@ from pydantic import ValidationError
 from netdae import scenario_schema as schema
 from netdae._files import reason_of
 from netdae.errors import ScenarioError
+from netdae.mesh_io import SUFFIXES
 from netdae.scenario_build import Build
 from netdae.scenario_files import names_of, with_full_names
+from netdae.scenario_initial import spread_of
 from netdae.scenario_problems import first_problem
 from netdae.simulation import Simulation
 
@@ -45,6 +48,23 @@ class Scenario:
         """The mesh and the tables that are read."""
         return [self._file(name) for name in names_of(tomllib.loads(self.text.decode("utf-8-sig")))]
 
+    @property
+    def has_spread(self) -> bool:
+        """Whether errors of the ejection are drawn."""
+        return any(spread_of(shot.spread).draws for shot in self.data.initial.ejection)
+
+    def scattered(self, member: int) -> Scenario:
+        """The same scenario, with the errors of the ejection as a member of an ensemble draws them."""
+        initial = self.data.initial
+        shots = [
+            shot
+            if shot.spread is None
+            else shot.model_copy(update={"spread": shot.spread.model_copy(update={"member": member})})
+            for shot in initial.ejection
+        ]
+        scattered = initial.model_copy(update={"ejection": shots})
+        return replace(self, data=self.data.model_copy(update={"initial": scattered}))
+
     def build(self) -> Simulation:
         """Read meshes and tables, and make all ready; raises InputError for what cannot fly."""
         return Build(self.path, self.title, self.data).simulation()
@@ -59,9 +79,15 @@ def read_scenario(path: str | os.PathLike[str]) -> Scenario:
     try:
         text = source.read_bytes()
     except OSError as error:
+        hint = "give the name of a TOML file"
+        if source.is_dir():
+            hint = f"give the TOML file itself; a run in this folder goes on by netdae run --resume {source}"
+        raise ScenarioError(f"{source}: the scenario cannot be read: {reason_of(error)}: {hint}") from error
+    if source.suffix.lower() in SUFFIXES:
         raise ScenarioError(
-            f"{source}: the scenario cannot be read: {reason_of(error)}: give the name of a TOML file"
-        ) from error
+            f"{source}: this is a mesh file, not a scenario: give a TOML file whose section [net] has "
+            f'file = "{source.name}"; netdae info {source} tells what is in the mesh'
+        )
     try:
         data = tomllib.loads(text.decode("utf-8-sig"))
     except UnicodeDecodeError as error:
@@ -80,7 +106,11 @@ def read_scenario(path: str | os.PathLike[str]) -> Scenario:
 
 
 def _with_line(reason: str, text: bytes) -> str:
-    """The reason with line and column also where it is the end of the file."""
+    """The reason with line and column also where it is the end of the file, and with what stands in the line."""
     lines = text.decode("utf-8", "replace").split("\n")
     end = f"(at line {len(lines)}, column {len(lines[-1]) + 1}, the end of the file)"
-    return reason.replace("(at end of document)", end)
+    found = re.search(r"\(at line (\d+), ", reason)
+    if found is None:
+        return reason.replace("(at end of document)", end)
+    line = " ".join(lines[int(found[1]) - 1].split())
+    return f"{reason}: look at {line!r}" if 0 < len(line) <= 80 else reason

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -22,19 +21,28 @@ from netdae.events import Event, Need, event_called
 from netdae.forces.loads import Gravity, Load, NodalLoad
 from netdae.mesh_io import describe
 from netdae.metrics import DeploymentMetrics
-from netdae.motions import Fixed, Motion, Steady, TableMotion
 from netdae.net import CableNet
 from netdae.options import SolverOptions
-from netdae.restraints import Drive, Restraint, mask_of
+from netdae.plausibility import unusual_of
 from netdae.scenario_closed import closing_of, closing_options
 from netdae.scenario_cords import damping_of, materials_of, thickest_of
 from netdae.scenario_events import event_of
 from netdae.scenario_groups import check_group
 from netdae.scenario_initial import start_of
 from netdae.scenario_loads import environment_loads_of, orbit_load_of
+from netdae.scenario_metrics import metrics_of
 from netdae.scenario_nets import MeshFile
 from netdae.scenario_problems import ARRAYS, bare
-from netdae.scenario_signals import SHORTEST, motion_of, signal_of
+from netdae.scenario_restraints import (
+    Told,
+    check_restraints,
+    held_bullets_of,
+    joined_velocities,
+    late_findings,
+    restraint_of,
+    told_in,
+)
+from netdae.scenario_signals import SHORTEST_FLIGHT, signal_of
 from netdae.scenario_tethered import tether_of
 from netdae.simulation import Simulation
 from netdae.state import State
@@ -67,20 +75,23 @@ class Build:
         closings = self._closings(tied.net)
         with self._section("closing"):
             closed = with_closings(tied.net, tied.start, closings)
-        restraints = [
-            *(*self._restraints(tied.net), *self._held(start.launch)),
-            *(*tied.restraints, *closed.restraints),
+        told = [
+            *self._restraints(tied.net, start.launch),
+            *told_in("tether", tied.restraints),
+            *told_in("closing", closed.restraints),
         ]
+        restraints = [each.restraint for each in told]
         loads = self._loads(tied.net)
         materials = {
             **materials_of(self._data.material, start.net, self._section),
             **tied.materials,
             **closed.materials,
         }
-        joined = self._joined(closed.start.v, closed.net, restraints)
-        state = State.at(closed.start.x, joined, t=self._solver.begin)
-        late = self._check_times(restraints)
-        self._check_restraints(restraints, closed.net, state)
+        begin, end = self._solver.begin, self._solver.end
+        v = joined_velocities(closed.start.v, closed.net, restraints, begin)
+        state = State.at(closed.start.x, v, t=begin)
+        late = late_findings(told, begin, end, self._section)
+        check_restraints(told, closed.net, state, self._section)
         with self._section():
             system = System(
                 closed.net,
@@ -92,11 +103,15 @@ class Build:
                 reels=(*tied.reels, *closed.reels),
                 forces=closed.forces,
             )
-        metrics = self._metrics(system)
+        with self._section("metrics"):
+            metrics = metrics_of(self._data.metrics, system)
         options = closing_options(self._options(), self._solver, closings)
-        told = accuracy_told(options.tolerances, closings) if options.in_force else None
-        notes = () if told is None else (told,)
-        coarse = told is not None and not sharp_enough(options.tolerances, closings)
+        findings: list[str] = [*of_mesh, *start.findings, *late]
+        notes: list[str] = []
+        accuracy = accuracy_told(options.tolerances, closings) if options.in_force else None
+        if accuracy is not None:
+            (notes if sharp_enough(options.tolerances, closings) else findings).append(accuracy)
+        notes += unusual_of(system, state, start.launch)
         return Simulation(
             self._title,
             system,
@@ -104,10 +119,10 @@ class Build:
             times,
             options,
             metrics,
-            (*of_mesh, *start.findings, *late, *(notes if coarse else ())),
-            self._events(system, metrics, restraints),
+            tuple(findings),
+            self._events(system, metrics, told),
             start.launch,
-            () if coarse else notes,
+            tuple(notes),
         )
 
     @contextmanager
@@ -129,10 +144,10 @@ class Build:
             if solver.end <= solver.begin:
                 raise InputError(f"end is {solver.end:g} s, expected a time after begin, {solver.begin:g} s")
             times = np.linspace(solver.begin, solver.end, self._data.output.frames)
-            if solver.end - solver.begin < SHORTEST or not (np.diff(times) > 0).all():
+            if solver.end - solver.begin < SHORTEST_FLIGHT or not (np.diff(times) > 0).all():
                 raise InputError(
                     f"the flight lasts {solver.end - solver.begin:g} s from {solver.begin:g} s on: "
-                    f"give an end {SHORTEST:g} s after the begin at least, and fewer frames if there are many"
+                    f"give an end {SHORTEST_FLIGHT:g} s after the begin at least, and fewer frames if there are many"
                 )
         return times
 
@@ -239,104 +254,19 @@ class Build:
                     )
         return loads
 
-    def _restraints(self, net: CableNet) -> list[Restraint]:
-        restraints = []
+    def _restraints(self, net: CableNet, launch: Launch) -> list[Told]:
+        """Those of [[restraints]], and those that hold the bullets."""
+        told = []
         for number, hold in enumerate(self._data.restraints):
             with self._section("restraints", number):
                 self._check_nodes(net, hold.group)
-                motion: Motion = Fixed()
-                if not isinstance(hold.motion, str):
-                    motion = motion_of(hold.motion, self._folder, self._solver)
-                begin = -math.inf if hold.begin is None else hold.begin
-                until = math.inf if hold.until is None else hold.until
-                restraints.append(
-                    Restraint(hold.group, axes=hold.axes, motion=motion, begin=begin, until=until)
-                )
-        return restraints
+                told.append(Told(restraint_of(hold, self._folder, self._solver), "restraints", number))
+        held = held_bullets_of(launch, self._data.initial.velocity, self._solver.begin)
+        return [*told, *told_in("initial", held)]
 
-    def _held(self, launch: Launch) -> list[Restraint]:
-        """Bullets that the canister, which moves as the whole net does, holds until their time."""
-        begin, velocity = self._solver.begin, self._data.initial.velocity
-        motion: Motion = Steady(velocity, begin) if any(velocity) else Fixed()
-        held = launch.held
-        return [
-            Restraint((int(node),), motion=motion, until=begin + float(t), release_velocity=tuple(v.tolist()))
-            for node, t, v in zip(held.nodes, held.times, held.velocities, strict=True)
-        ]
+    # What is looked for
 
-    def _check_times(self, restraints: list[Restraint]) -> tuple[str, ...]:
-        """Warnings of restraints that begin or end after the flight; raises InputError for times before it."""
-        begin, end = self._solver.begin, self._solver.end
-        late = []
-        for number, restraint in enumerate(restraints):
-            for t in restraint.changes:
-                with self._section(*self._place_of(restraint, number, restraints)):
-                    if t < begin:
-                        raise InputError(
-                            f"{restraint.name} begins or ends at {t:g} s, before the flight begins at {begin:g} s: "
-                            "give a time of the flight's own clock"
-                        )
-                if t >= end:
-                    late.append(
-                        f"{restraint.name} begins or ends at {t:g} s, after the end of the flight at {end:g} s"
-                    )
-        return tuple(late)
-
-    def _place_of(
-        self, restraint: Restraint, number: int, restraints: list[Restraint]
-    ) -> tuple[str, int | None]:
-        """Section, and number in it, that a restraint comes from."""
-        written, held = len(self._data.restraints), len(self._data.initial.ejection)
-        if number < written:
-            return "restraints", number
-        if restraint.group in ("chaser", "reel"):
-            return "tether", None
-        return ("initial", None) if held and restraint.release_velocity is not None else ("closing", None)
-
-    def _check_restraints(self, restraints: list[Restraint], net: CableNet, start: State) -> None:
-        """Tell what contradicts the start, or itself, by the section that it is in."""
-        after = np.nextafter(start.t, math.inf)
-        holding: list[Restraint] = []
-        for number, restraint in enumerate(restraints):
-            with self._section(*self._place_of(restraint, number, restraints)):
-                if restraint.holds(after, {}):
-                    holding.append(restraint)
-                    mask_of(tuple(holding), net)
-                    Drive.of((restraint,), net, start.x).check_start(start.t, start.v)
-
-    def _joined(self, v: FloatArray, net: CableNet, restraints: list[Restraint]) -> FloatArray:
-        """Velocities (n, 3) in which driven axes that start at rest take the velocity of their table."""
-        joined = v.copy()
-        t = np.nextafter(self._solver.begin, np.inf)
-        for restraint in restraints:
-            if isinstance(restraint.motion, TableMotion) and restraint.holds(t, {}):
-                nodes = np.ix_(restraint.nodes_of(net), restraint.axis_indices)
-                velocity = restraint.motion.at(t)[1][restraint.axis_indices]
-                joined[nodes] = np.where(v[nodes] == 0, velocity, v[nodes])
-        return joined
-
-    # What is measured and looked for
-
-    def _metrics(self, system: System) -> DeploymentMetrics:
-        chosen, net = self._data.metrics, system.net
-        mouth = chosen.mouth or (
-            "border" if "border" in {*net.node_groups, *net.cable_groups} else schema.NONE
-        )
-        corners = chosen.corners or ("corners" if "corners" in net.node_groups else schema.NONE)
-        metrics = DeploymentMetrics(
-            mouth=None if mouth == schema.NONE else mouth, corners=None if corners == schema.NONE else corners
-        )
-        with self._section("metrics"):
-            if mouth != schema.NONE:
-                check_group({**net.node_groups, **net.cable_groups}, mouth, "node")
-            if corners != schema.NONE:
-                check_group(net.node_groups, corners, "node")
-            metrics.begin(system)  # finds the loop, or says what is wrong with it
-        return metrics
-
-    def _events(
-        self, system: System, metrics: DeploymentMetrics, restraints: list[Restraint]
-    ) -> EventBook | None:
+    def _events(self, system: System, metrics: DeploymentMetrics, restraints: list[Told]) -> EventBook | None:
         has: set[Need] = set()
         if metrics.mouth is not None:
             has.add("mouth")
@@ -352,11 +282,10 @@ class Build:
         for number, entry in enumerate(self._data.events):
             with self._section("events", number):
                 events.append(event_of(entry, events, has=has))
-        for number, restraint in enumerate(restraints):
-            place = self._place_of(restraint, number, restraints)
-            with self._section(*place):
+        for restraint, section, place in restraints:
+            with self._section(section, place):
                 for name in restraint.events:
-                    event_called(name, events, by="lock" if place[0] == "tether" else "begin or until")
+                    event_called(name, events, by="lock" if section == "tether" else "begin or until")
         if not events:
             return None
         with self._section("events"):

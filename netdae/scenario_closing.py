@@ -16,9 +16,9 @@ from netdae.scenario_section import (
     Section,
     Text,
     Thickness,
+    TimeOrEvent,
     kind_of,
 )
-from netdae.scenario_tether import TimeOrEvent
 
 ReelSpeed = Annotated[float, Field(gt=0, le=1e6)]  # m/s
 MotorForce = Annotated[float, Field(gt=0, le=1e12)]  # N

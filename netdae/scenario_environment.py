@@ -36,7 +36,7 @@ NO_CABLES = "none"
 """What `cables` says where a load acts on bodies alone."""
 
 
-class Orbit(Section):
+class OrbitEntry(Section):
     """A circular orbit that the frame goes round with: x outward, y along the track, z along the orbit's normal."""
 
     altitude: Altitude | None = Field(
@@ -59,7 +59,7 @@ class BodyInAir(Body):
     drag_coefficient: Coefficient = Field(0.47, description="Drag coefficient; 0.47 is a sphere's.")
 
 
-class Drag(Section):
+class DragEntry(Section):
     """Drag in orbit, where molecules come singly."""
 
     kind: Literal["drag"] = Field(description="Kind of load.")
@@ -81,7 +81,7 @@ class Drag(Section):
     bodies: list[Body] = Field([], description="Bullets and other bodies in the stream.")
 
 
-class SolarPressure(Section):
+class SolarPressureEntry(Section):
     """Pressure of sunlight."""
 
     kind: Literal["solar_pressure"] = Field(description="Kind of load.")
@@ -104,7 +104,7 @@ class SolarPressure(Section):
     end: Time | None = Field(None, description="Time at which the shadow sets in, s; never by default.")
 
 
-class Air(Section):
+class AirEntry(Section):
     """Drag in dense air."""
 
     kind: Literal["air"] = Field(description="Kind of load.")
@@ -127,4 +127,4 @@ class Air(Section):
     end: Time | None = Field(None, description="Time at which a constant wind ends, s; never by default.")
 
 
-EnvironmentLoad = Drag | SolarPressure | Air
+EnvironmentLoad = DragEntry | SolarPressureEntry | AirEntry

@@ -25,30 +25,31 @@ from netdae.signals import Constant, Function, Pulse, Signal
 from netdae.tables import read_table
 
 
-def altitude_of(orbit: environment.Orbit) -> float:
+def altitude_of(orbit: environment.OrbitEntry) -> float:
     """Altitude in m; raises InputError unless just one of altitude and mean_motion is given, or under 120 km."""
     if orbit.altitude is not None and orbit.mean_motion is None:
         return orbit.altitude
     if orbit.mean_motion is not None and orbit.altitude is None:
         return earth.altitude_of(orbit.mean_motion)
-    found = "neither" if orbit.altitude is None else "both"
-    raise InputError(f"{found} of altitude and mean_motion is given: give just one of them")
+    if orbit.altitude is None:
+        raise InputError("neither of altitude and mean_motion is given: give one of them")
+    raise InputError("both of altitude and mean_motion are given: leave one of them out")
 
 
-def mean_motion_of(orbit: environment.Orbit) -> float:
+def mean_motion_of(orbit: environment.OrbitEntry) -> float:
     """Mean motion in rad/s; raises InputError as `altitude_of` does."""
     altitude = altitude_of(orbit)
     return earth.mean_motion(altitude) if orbit.mean_motion is None else orbit.mean_motion
 
 
-def orbit_load_of(orbit: environment.Orbit) -> Orbit:
+def orbit_load_of(orbit: environment.OrbitEntry) -> Orbit:
     """The forces of the orbit's frame; raises InputError as `altitude_of` does."""
     return Orbit(mean_motion_of(orbit))
 
 
 def environment_loads_of(
     load: environment.EnvironmentLoad,
-    orbit: environment.Orbit | None,
+    orbit: environment.OrbitEntry | None,
     *,
     net: CableNet,
     folder: Path,
@@ -69,14 +70,14 @@ def environment_loads_of(
         raise InputError(
             'diameter is that of cables, but cables is "none": leave it out, or name a cable group'
         )
-    if isinstance(load, environment.Air) and load.wind == (0.0, 0.0, 0.0):
+    if isinstance(load, environment.AirEntry) and load.wind == (0.0, 0.0, 0.0):
         given = [name for name in ("begin", "end") if getattr(load, name) is not None]
         if given:
             raise InputError(f"{given[0]} is that of a wind, but there is none: give wind, or leave it out")
     areas = [_area_of(body, net) for body in load.bodies]
-    if isinstance(load, environment.Drag):
+    if isinstance(load, environment.DragEntry):
         return _drag(load, orbit, areas, folder)
-    if isinstance(load, environment.SolarPressure):
+    if isinstance(load, environment.SolarPressureEntry):
         return _sunlight(load, orbit, areas, solver.begin)
     return _air(load, areas, signal_of(load.wind, load, folder, solver))
 
@@ -88,11 +89,12 @@ def _area_of(body: environment.Body, net: CableNet) -> float:
         return body.area
     if body.diameter is not None and body.area is None:
         return math.pi * body.diameter**2 / 4
-    found = "neither" if body.area is None else "both"
-    raise InputError(f"{found} of area and diameter is given for {body.group!r}: give just one of them")
+    if body.area is None:
+        raise InputError(f"neither of area and diameter is given for {body.group!r}: give one of them")
+    raise InputError(f"both of area and diameter are given for {body.group!r}: leave one of them out")
 
 
-def _air(load: environment.Air, areas: list[float], wind: Signal) -> list[Load]:
+def _air(load: environment.AirEntry, areas: list[float], wind: Signal) -> list[Load]:
     loads: list[Load] = []
     if load.cables != environment.NO_CABLES:
         loads.append(
@@ -115,7 +117,7 @@ def _air(load: environment.Air, areas: list[float], wind: Signal) -> list[Load]:
 
 
 def _drag(
-    load: environment.Drag, orbit: environment.Orbit | None, areas: list[float], folder: Path
+    load: environment.DragEntry, orbit: environment.OrbitEntry | None, areas: list[float], folder: Path
 ) -> list[Load]:
     density, stream = _density_of(load, orbit, folder), load.stream
     if stream is None:
@@ -133,7 +135,7 @@ def _drag(
     return loads
 
 
-def _density_of(load: environment.Drag, orbit: environment.Orbit | None, folder: Path) -> float:
+def _density_of(load: environment.DragEntry, orbit: environment.OrbitEntry | None, folder: Path) -> float:
     if load.density is None:
         return earth.density(_told_altitude(orbit, "density"))
     if not isinstance(load.density, DensityFile):
@@ -147,15 +149,15 @@ def _density_of(load: environment.Drag, orbit: environment.Orbit | None, folder:
         raise InputError(f"{name}: {error}") from error
 
 
-def _told_altitude(orbit: environment.Orbit | None, name: str) -> float:
+def _told_altitude(orbit: environment.OrbitEntry | None, name: str) -> float:
     if orbit is None:
         raise InputError(f"{name} is missing: give it, or a section [orbit] that tells it")
     return altitude_of(orbit)
 
 
 def _sunlight(
-    load: environment.SolarPressure,
-    orbit: environment.Orbit | None,
+    load: environment.SolarPressureEntry,
+    orbit: environment.OrbitEntry | None,
     areas: list[float],
     start: float,
 ) -> list[Load]:

@@ -62,6 +62,8 @@ def first_problem(error: ValidationError, data: Mapping[str, Any]) -> str:
         expected = words.format(context[limit])
     elif kind == "float_type" and isinstance(found, int) and not isinstance(found, bool):
         expected = "a number that double precision holds"
+    elif kind in ("float_type", "int_type") and isinstance(found, str) and _is_number(found):
+        expected = f"{_EXPECTED[kind]}: leave the quotes out"
     else:
         expected = _EXPECTED.get(kind, problem["msg"])
     return f"{_words_of(place)} is {_shown(found)}, expected {expected}"
@@ -123,10 +125,10 @@ def _form_of(place: Place) -> str:
 def _unknown(place: Place, key: str, known: list[str], data: Mapping[str, Any]) -> str:
     if list(place) == ["net"] and key == "file":
         return "[net] has kind and file: give the one for a pattern or the other for a mesh file, not both"
-    near = get_close_matches(key, known, n=1, cutoff=0.6)
+    near = get_close_matches(key, known, n=1, cutoff=0.65)
     hint = f"did you mean {near[0]}? " if near else ""
     if place:
-        return f"{_words_of(place)} {key} is an unknown key: {hint}It may have {', '.join(known)}"
+        return f"{_words_of(place)} {key} is an unknown key: {hint}{_words_of(place)} may have {', '.join(known)}"
     value = data[key]
     is_array = isinstance(value, list) and any(isinstance(each, dict) for each in value)
     name = f"[[{key}]]" if is_array else f"[{key}]" if isinstance(value, dict) else key
@@ -135,8 +137,9 @@ def _unknown(place: Place, key: str, known: list[str], data: Mapping[str, Any]) 
 
 
 def _missing(place: Place, key: str, what: str | None) -> str:
+    what = "it is required" if what is None else what.removesuffix(".")
     if place:
-        return f"{_words_of(place)} {key} is missing: {what or 'it is required'}"
+        return f"{_words_of(place)} {key} is missing: {what}"
     return f"{_section_of([key])[0]} is missing, every scenario needs this section: {what}"
 
 
@@ -166,6 +169,14 @@ def _shown(value: Any) -> str:
     if isinstance(value, list) and any(isinstance(each, dict) for each in value):
         return "a list of tables"
     return _cut(str(value))
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 def _cut(text: str) -> str:

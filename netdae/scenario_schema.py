@@ -29,11 +29,12 @@ from netdae.scenario_section import (
     Text,
     Thickness,
     Time,
+    TimeOrEvent,
     Tolerance,
     kind_of,
 )
 from netdae.scenario_tables import FixedOrTable, ForceOrTable, Vector3OrTable
-from netdae.scenario_tether import TetherEntry, TimeOrEvent
+from netdae.scenario_tether import TetherEntry
 
 MOST_FRAMES = 1_000_000
 
@@ -142,9 +143,9 @@ class UniformGravity(Section):
 Load = Annotated[
     Annotated[NodalForce, Tag("nodal")]
     | Annotated[UniformGravity, Tag("gravity")]
-    | Annotated[environment.Drag, Tag("drag")]
-    | Annotated[environment.SolarPressure, Tag("solar_pressure")]
-    | Annotated[environment.Air, Tag("air")],
+    | Annotated[environment.DragEntry, Tag("drag")]
+    | Annotated[environment.SolarPressureEntry, Tag("solar_pressure")]
+    | Annotated[environment.AirEntry, Tag("air")],
     Discriminator(kind_of),
 ]
 
@@ -205,7 +206,9 @@ class ScenarioData(Section):
     restraints: list[Hold] = Field([], description="Fixed and driven nodes.")
     initial: Initial = Field(Initial(), description="How the net starts.")
     loads: list[Load] = Field([], description="Forces from outside.")
-    orbit: environment.Orbit | None = Field(None, description="The orbit that the frame goes round with.")
+    orbit: environment.OrbitEntry | None = Field(
+        None, description="The orbit that the frame goes round with."
+    )
     tether: TetherEntry | None = Field(None, description="The cord to the chaser.")
     closing: list[ClosingEntry] = Field([], description="Winches and drawcords that close the net.")
     events: list[EventEntry] = Field([], description="Instants that are looked for, and what is done then.")

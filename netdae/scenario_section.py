@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, Strict, model_validator
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, Strict, Tag, model_validator
 from pydantic_core import PydanticCustomError
 
 # Ranges hold whatever a net can be, and far more; outside of them it is a slip of the finger or of the unit, and
@@ -34,6 +34,16 @@ Text = Annotated[str, Field(min_length=1)]
 Vector = Annotated[tuple[Component, Component, Component], Strict(False)]
 FactorVector = Annotated[tuple[Factor, Factor, Factor], Strict(False)]
 ForceVector = Annotated[tuple[ForceComponent, ForceComponent, ForceComponent], Strict(False)]
+
+
+def _kind_of_instant(value: Any) -> str:
+    return "<event>" if isinstance(value, str) else "<time>"
+
+
+TimeOrEvent = Annotated[
+    Annotated[Time, Tag("<time>")] | Annotated[Text, Tag("<event>")], Discriminator(_kind_of_instant)
+]
+"""A time in s, or the name of an event."""
 
 
 class Section(BaseModel):

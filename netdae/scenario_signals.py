@@ -12,13 +12,13 @@ import numpy as np
 from netdae import scenario_schema as schema
 from netdae.errors import InputError
 from netdae.motions import Motion, TableMotion
-from netdae.scenario_environment import Air
+from netdae.scenario_environment import AirEntry
 from netdae.scenario_problems import bare
 from netdae.scenario_tables import MotionFile, TableFile
 from netdae.signals import Constant, Pulse, Signal, Table
 from netdae.tables import read_table
 
-SHORTEST = 1e-9
+SHORTEST_FLIGHT = 1e-9
 """Shortest flight and shortest pulse, s: far below the time that a wave takes along any cable."""
 
 FORCE_HEADER = ("t", "x", "y", "z")
@@ -38,7 +38,7 @@ def motion_of(table: MotionFile, folder: Path, solver: schema.Solver) -> Motion:
 
 def signal_of(
     value: tuple[float, float, float] | TableFile,
-    load: schema.NodalForce | schema.UniformGravity | Air,
+    load: schema.NodalForce | schema.UniformGravity | AirEntry,
     folder: Path,
     solver: schema.Solver,
 ) -> Signal:
@@ -58,9 +58,9 @@ def signal_of(
         return Constant(value)
     begin = solver.begin if load.begin is None else load.begin
     end = np.inf if load.end is None else load.end
-    if 0 < end - begin < SHORTEST:
+    if 0 < end - begin < SHORTEST_FLIGHT:
         raise InputError(
-            f"it lasts {end - begin:g} s: let the end come {SHORTEST:g} s after the begin at least"
+            f"it lasts {end - begin:g} s: let the end come {SHORTEST_FLIGHT:g} s after the begin at least"
         )
     return Pulse(value, begin, end)
 

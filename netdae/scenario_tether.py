@@ -18,7 +18,7 @@ from netdae.scenario_section import (
     Section,
     Text,
     Thickness,
-    Time,
+    TimeOrEvent,
     Vector,
 )
 from netdae.scenario_tables import MotionFile
@@ -38,10 +38,6 @@ def _kind_of_table(value: Any) -> str:
     return "<table>" if isinstance(value, dict) else "<value>"
 
 
-def _kind_of_instant(value: Any) -> str:
-    return "<event>" if isinstance(value, str) else "<time>"
-
-
 FreeFixedOrTable = Annotated[
     Annotated[Literal["free", "fixed"], Tag("<value>")] | Annotated[MotionFile, Tag("<table>")],
     Discriminator(_kind_of_table),
@@ -49,9 +45,6 @@ FreeFixedOrTable = Annotated[
 PayoutOrTable = Annotated[
     Annotated[Literal["locked", "free", "braked"], Tag("<value>")] | Annotated[PayoutFile, Tag("<table>")],
     Discriminator(_kind_of_table),
-]
-TimeOrEvent = Annotated[
-    Annotated[Time, Tag("<time>")] | Annotated[Text, Tag("<event>")], Discriminator(_kind_of_instant)
 ]
 
 

@@ -167,15 +167,36 @@ class Table:
         return bool(self.times[0] <= begin and end <= self.times[-1])
 
 
+class Covering(Protocol):
+    """A signal or motion, which may be known over a part of the time alone."""
+
+    def covers(self, begin: float, end: float) -> bool:
+        """Whether it is known from `begin` to `end`."""
+        ...
+
+
+def check_covers(source: Covering, begin: float, end: float) -> None:
+    """Raise InputError where a table does not reach over the flight from `begin` to `end`."""
+    if not source.covers(begin, end):
+        times: FloatArray = source.times  # type: ignore[attr-defined]  # only tables end somewhere
+        raise InputError(
+            f"a table reaches from {times[0]:g} to {times[-1]:g} s, but the flight lasts from {begin:g} to {end:g} s: "
+            "add rows and fly it afresh, or end the flight earlier"
+        )
+
+
 def check_table(times: FloatArray, values: FloatArray, interpolation: str) -> None:
     """Raise InputError for a table that cannot be joined."""
     if interpolation not in INTERPOLATIONS:
         raise InputError(
             f"table: interpolation is {interpolation!r}: choose one of {', '.join(INTERPOLATIONS)}"
         )
-    if times.ndim != 1 or len(times) < 2 or values.shape != (len(times), 3):
+    if times.ndim == 1 and len(times) < 2:
+        found = "only one row" if len(times) else "no row"
+        raise InputError(f"table: it has {found} of numbers: give two rows at least")
+    if times.ndim != 1 or values.shape != (len(times), 3):
         raise InputError(
-            f"table: {times.shape} times with {values.shape} values: give two rows at least, each a time and 3 values"
+            f"table: {times.shape} times with {values.shape} values: give rows of a time and 3 values each"
         )
     if not (np.isfinite(times).all() and np.isfinite(values).all()):
         row = int(np.argmin(np.isfinite(times) & np.isfinite(values).all(axis=1)))

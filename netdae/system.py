@@ -7,7 +7,8 @@ Nodes of reels are no places in space: they have inertia but neither weight nor 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -15,12 +16,12 @@ from scipy import sparse
 
 from netdae import matrices
 from netdae._arrays import BoolArray, FloatArray, frozen_floats
-from netdae.assembly import BlockPattern, assembled
-from netdae.damping import Damping, Rayleigh
-from netdae.errors import InputError
-from netdae.forces.cables import Cables, law_of
+from netdae.assembly import BlockPattern
+from netdae.damping import Damping, Rayleigh, check_damping
+from netdae.forces.cables import Cables
 from netdae.forces.loads import Load
 from netdae.forces.protocol import Force
+from netdae.masses import check_free_nodes, lumped_masses
 from netdae.material import Cords, Material
 from netdae.net import CableNet
 from netdae.net_forces import NetForces, wrench_of
@@ -35,6 +36,7 @@ from netdae.reels import (
     slid_lengths,
 )
 from netdae.restraints import Drive, Restraint, mask_of
+from netdae.signals import check_covers
 
 
 class System:
@@ -71,21 +73,12 @@ class System:
         for restraint in self.restraints:
             mask_of((restraint,), net)
         self._hold(tuple(r for r in self.restraints if r.begin == -math.inf))
-        self.mass = frozen_floats(_mass_of(net, self.cords, masses or {}, self.reels))
-        self._check_mass()
+        self.mass = frozen_floats(lumped_masses(net, self.cords, masses or {}, self.reels))
+        check_free_nodes(self.mass, net, self.restraints)
         self.in_space = ~nodes_of_reels(self.reels, net.node_count)
         self.spatial_mass = frozen_floats(np.where(self.in_space, self.mass, 0.0))
-        if not hasattr(damping, "viscosity_times"):
-            raise InputError(f"damping is {damping!r}: give a Dashpot, Rayleigh, or NoDamping() for none")
+        check_damping(damping, slides=any(reel.rings is not None for reel in self.reels))
         self.damping = damping
-        if (
-            isinstance(damping, Rayleigh)
-            and damping.beta > 0
-            and any(r.rings is not None for r in self.reels)
-        ):
-            raise InputError(
-                "rayleigh: beta holds a cord through rings, which has to slide: use the dashpot, or beta = 0"
-            )
         tau = frozen_floats(damping.viscosity_times(net, self.cords))
         self.cables = Cables(
             net.cables,
@@ -106,30 +99,19 @@ class System:
         self._net_forces = NetForces.of(self.forces, net.node_count)
         self._phase = (-math.inf, math.inf)
 
-    def _check_mass(self) -> None:
-        always = mask_of(tuple(r for r in self.restraints if r.permanent), self.net)
-        bare = np.flatnonzero((self.mass <= 0) & ~always.all(axis=1))
-        if len(bare):
-            raise InputError(
-                f"node {bare[0]} is free but has no mass: no cable ends there and no bullet sits on it; "
-                "give its group a mass, join it to the net, or restrain all its axes"
-            )
-
     def _hold(self, active: tuple[Restraint, ...]) -> None:
         self.active = active
         self.restrained = mask_of(active, self.net)
 
     def holding(self, active: tuple[Restraint, ...]) -> System:
         """The same system, of whose restraints those in `active` hold."""
-        other = System.__new__(System)
-        other.__dict__.update(self.__dict__)
+        other = copy(self)
         other._hold(active)
         return other
 
     def without(self, cables: BoolArray) -> System:
         """The same system in which some cables, True in `cables` (m,), do not pull."""
-        other = System.__new__(System)
-        other.__dict__.update(self.__dict__)
+        other = copy(self)
         other.cables = replace(self.cables, EA=np.where(cables, 0.0, self.cables.EA))
         other.forces = (other.cables, *self.forces[1:])
         other._net_forces = self._net_forces.with_first(other.cables)
@@ -147,8 +129,7 @@ class System:
 
         A force that jumps at `begin` or `end` then shows the value it has inside the phase.
         """
-        phase = System.__new__(System)
-        phase.__dict__.update(self.__dict__)
+        phase = copy(self)
         phase._phase = (math.nextafter(begin, math.inf), math.nextafter(end, -math.inf))
         return phase
 
@@ -188,12 +169,7 @@ class System:
         """Raise InputError where the table of a load or motion does not reach over the flight."""
         signals = [signal for f in self.forces if (signal := getattr(f, "signal", None)) is not None]
         for source in [*signals, *(r.motion for r in self.restraints)]:
-            if not source.covers(begin, end):
-                first, last = source.times[0], source.times[-1]
-                raise InputError(
-                    f"a table reaches from {first:g} to {last:g} s, but the flight lasts from {begin:g} to {end:g} s: "
-                    "add rows and fly it afresh, or end the flight earlier"
-                )
+            check_covers(source, begin, end)
 
     def drive_from(self, x: FloatArray) -> Drive:
         """The active restraints bound to the starting positions x (n, 3)."""
@@ -280,9 +256,8 @@ class System:
         """All cables with their rest lengths at x, also those on reels."""
         if not self.reels:
             return self.cables
-        EA = np.where(
-            reeled_cables(self.reels, len(self.cables.L)), self.cords.axial_stiffness, self.cables.EA
-        )
+        reeled = reeled_cables(self.reels, len(self.cables.L))
+        EA = np.where(reeled, self.cords.axial_stiffness, self.cables.EA)
         return replace(self.cables, L=self.rest_length(x), EA=EA)
 
     def strain(self, x: FloatArray) -> FloatArray:
@@ -297,55 +272,28 @@ class System:
     def tension(self, x: FloatArray) -> FloatArray:
         """Axial force N = S11 Ā l/L̄ of each cable, (m,), N."""
         E11 = self.strain(x)
-        return (
-            self.cords.axial_stiffness * self.cables.stress_ratio(E11) * np.sqrt(np.maximum(1 + 2 * E11, 0.0))
-        )
+        stretch = np.sqrt(np.maximum(1 + 2 * E11, 0.0))
+        return self.cords.axial_stiffness * self.cables.stress_ratio(E11) * stretch
 
     def peak_tension(self, x: FloatArray) -> float:
         """Largest tension of all cables, N."""
         return self.cables_at(x).energy_and_peak(x)[1]
 
-    # The paper's matrices, see `matrices`
-
     def mass_matrix(self) -> sparse.csr_matrix:
-        """M of Eq. (7) with the bullets, (3n, 3n)."""
+        """M of Eq. (7) with the bullets, (3n, 3n); this and the next are the paper's matrices, see `matrices`."""
         return sparse.diags_array(np.repeat(self.mass, 3)).tocsr()
 
     def secant_matrix(self, x: FloatArray) -> sparse.csr_matrix:
         """S(x) of Eqs. (5), (8), (3n, 3n)."""
-        elements = matrices.secant(self.stress(x), self.cords.area, self.rest_length(x))
-        return assembled(elements, self.net.cables, self.net.node_count)
+        return matrices.secant_of(self.net, self.cords, self.rest_length(x), x)
 
     def tangent_matrix(self, x: FloatArray) -> sparse.csr_matrix:
         """T(x) of Eqs. (6), (8), (3n, 3n)."""
-        xe = x[self.net.cables].reshape(-1, 6)
-        L = self.rest_length(x)
-        E11 = matrices.green_lagrange_strain(xe, L)
-        laws = zip(E11, self.cords.toe_strain, self.cords.engineering, strict=True)
-        slope = np.array([law_of(*law)[1] for law in laws]) * self.cords.axial_stiffness / self.cords.area
-        elements = matrices.tangent(xe, self.stress(x), slope, self.cords.area, L)
-        return assembled(elements, self.net.cables, self.net.node_count)
+        return matrices.tangent_of(self.net, self.cords, self.rest_length(x), x)
 
     def damping_matrix(self) -> sparse.csr_matrix:
         """D = α M + β T(x̄) of Eq. (9), (3n, 3n); zero without Rayleigh damping."""
         if not isinstance(self.damping, Rayleigh):
             return sparse.csr_matrix((3 * self.net.node_count,) * 2)
-        elements = matrices.reference_stiffness(
-            self.net.spans, self.cords.axial_stiffness, self.net.rest_length
-        )
-        K0 = assembled(elements, self.net.cables, self.net.node_count)
+        K0 = matrices.reference_stiffness_of(self.net, self.cords)
         return self.damping.alpha * self.mass_matrix() + self.damping.beta * K0
-
-
-def _mass_of(net: CableNet, cords: Cords, masses: Mapping[str, float], reels: Sequence[Reel]) -> FloatArray:
-    """Knots, ½ ρ̄L̄Ā from each cable by Eq. (7), bullets and drums, (n,), kg."""
-    half = 0.5 * cords.linear_density * net.rest_length
-    mass = np.zeros(net.node_count)
-    np.add.at(mass, net.cables.ravel(), np.repeat(half, 2))
-    for group, value in masses.items():
-        if not (math.isfinite(value) and value >= 0):
-            raise InputError(f"mass of group {group!r} is {value:g} kg: give a finite number, zero or more")
-        mass[net.nodes_of(group)] += value
-    drums = [reel.node for reel in reels]
-    mass[drums] = [reel.inertia for reel in reels]
-    return mass

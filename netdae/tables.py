@@ -26,7 +26,9 @@ def read_table(path: str | os.PathLike[str], *headers: Sequence[str]) -> dict[st
             reader = csv.reader(stream)
             rows = [(reader.line_num, row) for row in reader if any(field.strip() for field in row)]
     except OSError as error:
-        raise InputError(f"{source}: the table cannot be read: {reason_of(error)}") from error
+        raise InputError(
+            f"{source}: the table cannot be read: {reason_of(error)}: check its name and folder"
+        ) from error
     except (UnicodeDecodeError, csv.Error) as error:
         raise InputError(f"{source}: this is not a CSV table: {error}") from error
     expected = " or ".join(",".join(header) for header in headers)

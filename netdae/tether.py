@@ -11,7 +11,7 @@ from typing import Literal
 
 import numpy as np
 
-from netdae._arrays import IntArray
+from netdae._arrays import BoolArray, IntArray
 from netdae.errors import InputError
 from netdae.material import Material
 from netdae.motions import Motion
@@ -30,11 +30,24 @@ CABLE_GROUPS = ("tether", "bridle")
 """Cable groups of a tether: the chain, and the legs to several nodes of the net."""
 
 
-def own_nodes_of(net: CableNet) -> IntArray:
-    """Nodes of the net without those of a tether, its chaser and its reel, and drums, (k,); all where it has none."""
+def is_own_node(net: CableNet) -> BoolArray:
+    """Which nodes are neither of a tether, its chaser and its reel, nor drums, (n,)."""
     own = np.ones(net.node_count, dtype=np.bool_)
     for name in FOREIGN:
         own[net.node_groups.get(name, [])] = False
+    return own
+
+
+def own_nodes_of(net: CableNet) -> IntArray:
+    """Nodes of the net without those of a tether, its chaser and its reel, and drums, (k,); all where it has none."""
+    return np.flatnonzero(is_own_node(net))
+
+
+def own_cables_of(net: CableNet) -> IntArray:
+    """Cables of the net without those of a tether and its bridle, (k,); all where it has none."""
+    own = np.ones(net.cable_count, dtype=np.bool_)
+    for name in CABLE_GROUPS:
+        own[net.cable_groups.get(name, [])] = False
     return np.flatnonzero(own)
 
 

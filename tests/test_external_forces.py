@@ -12,8 +12,8 @@ from scipy.integrate import solve_ivp
 from netdae import earth
 from netdae.damping import Dashpot, NoDamping
 from netdae.errors import InputError
-from netdae.external_forces import SIGNIFICANT, included_in, orbit_altitude, ranking_of
 from netdae.flight import simulate
+from netdae.force_ranking import SIGNIFICANT, included_in, orbit_altitude, ranking_of
 from netdae.forces.air import AirDrag
 from netdae.forces.drag import BodyDrag
 from netdae.forces.free_molecular import FreeMolecularDrag

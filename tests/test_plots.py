@@ -17,7 +17,7 @@ from netdae.errors import InputError
 from netdae.gauge import Cordage
 from netdae.metrics import COLUMNS
 from netdae.plot_drawing import draw
-from netdae.plot_figures import FIGURES, NAMES
+from netdae.plot_figures import DESIGNS, NAMES
 from netdae.plot_runs import read_run
 from netdae.plots import plot
 
@@ -123,7 +123,7 @@ def test_every_axis_has_a_name_and_a_unit(tmp_path, name, count):
 def test_lines_of_a_run_are_the_columns_of_its_file(tmp_path):
     table = write_folder(tmp_path / "a", more=Cordage._fields)
     shown = set()
-    for name, design in FIGURES.items():
+    for name, design in DESIGNS.items():
         figure = drawn(name, tmp_path / "a")
         wanted = [[q.column for q in p.quantities if q.column in table] for p in design.panels]
         wanted = [columns for columns in wanted if columns]

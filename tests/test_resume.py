@@ -674,7 +674,8 @@ def test_member_of_an_ensemble_is_gone_on_with_from_its_own_start(tmp_path):
     fly_member(expected, lambda message: None)
     run("--resume", stopped.folder / stopped.name)
     assert_same_bits(stopped.folder / stopped.name, expected.folder / expected.name)
-    assert summary_of(stopped.folder / stopped.name)["member"] == {"number": 1, "perturb": 1e-3, "seed": 5}
+    chosen = {"perturb": 1e-3, "seed": 5, "scatter": False}
+    assert summary_of(stopped.folder / stopped.name)["member"] == {"number": 1, **chosen}
 
 
 def test_a_state_alone_is_no_run(tmp_path):

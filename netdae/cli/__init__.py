@@ -87,6 +87,8 @@ def _words_of(error: CycloptsError, verb: str) -> str:
             return f"{name.upper()} is missing: {verb} {_PLACES[name]}."
         if not error.argument.tokens and error.keyword is None:
             return f"{error.argument.name} is missing."
+        if error.keyword is not None:
+            return f"{error.keyword} needs a value."
     if isinstance(error, UnusedCliTokensError):
         spare, name = " ".join(error.unused_tokens or ()), verb.removeprefix("netdae ")
         return f"{spare} is too much: {verb} takes {_TAKES.get(name, 'its options alone')}."

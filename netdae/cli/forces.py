@@ -10,7 +10,7 @@ from cyclopts import Parameter
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from netdae.external_forces import Ranking
+    from netdae.force_ranking import Ranking
     from netdae.system import System
 
 USUAL_ALTITUDE = 600e3
@@ -39,7 +39,7 @@ def forces(
     scenario
         TOML file.
     """
-    from netdae.external_forces import ranking_of
+    from netdae.force_ranking import ranking_of
     from netdae.scenario import read_scenario
 
     simulation = read_scenario(scenario).build()
@@ -58,7 +58,8 @@ def forces(
 
 def _altitude_of(system: System, given: float | None, t: float = 0.0) -> tuple[float | None, str]:
     """Altitude in m, None on the ground, and where it comes from."""
-    from netdae.external_forces import ON_GROUND, included_in, orbit_altitude
+    from netdae.external_forces import ON_GROUND
+    from netdae.force_ranking import included_in, orbit_altitude
 
     if given is not None:
         return given, "by --altitude"
@@ -107,7 +108,7 @@ def _table(ranking: Ranking) -> Iterator[str]:
 
 
 def _verdict(ranking: Ranking) -> Iterator[str]:
-    from netdae.external_forces import SIGNIFICANT
+    from netdae.force_ranking import SIGNIFICANT
 
     names = ", ".join(force.name for force in ranking.significant) or "none"
     yield ""
