@@ -163,6 +163,35 @@ def test_the_readme_tells_what_each_preset_keeps_and_has_no_holes() -> None:
     assert not re.search(r"^[A-Z_]{4,}$", README, flags=re.MULTILINE)
 
 
+STEMS = {
+    "largest_mouth_area": ("time", "distance"),
+    "largest_corner_area": ("time",),
+    "peak_tension": ("time", "cable"),
+    "momentum_residual": ("share",),
+    "angular_momentum_residual": ("share",),
+}
+
+
+def keys_of(told: object) -> set[str]:
+    if isinstance(told, dict):
+        return {*told} | {key for value in told.values() for key in keys_of(value)}
+    return {key for value in told for key in keys_of(value)} if isinstance(told, list) else set()
+
+
+def test_every_key_of_a_summary_is_in_the_glossary(tmp_path: Path) -> None:
+    file = tmp_path / "readme.toml"
+    file.write_text(shortened(blocks("toml")[0], cells="4", end="0.05", frames="3"), encoding="utf-8")
+    assert main(["run", str(file), "-o", str(tmp_path / "out")]) == 0
+    summary = json.loads((tmp_path / "out/summary.json").read_text(encoding="utf-8"))
+    del summary["versions"], summary["solver"]["wall_seconds"], summary["solver"]["cheaper"]
+    glossary = README.partition("## What `summary.json` tells")[2].partition("\n## ")[0]
+    told = {*re.findall(r"`([a-z_0-9]+)`", glossary)}
+    told |= {
+        f"{stem}_{ending}" for stem, endings in STEMS.items() for ending in endings
+    }  # told as `..._time`
+    assert keys_of(summary) - told == set()
+
+
 def test_venv_script_says_how_it_is_called() -> None:
     done = run_script("in_venv.py")
     assert done.returncode == 2
