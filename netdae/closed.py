@@ -10,6 +10,7 @@ import numpy as np
 from netdae._arrays import FloatArray, IntArray
 from netdae.closing import Closing, Drawcord, Haul, Winch, motors_of
 from netdae.errors import InputError
+from netdae.forces.cables import law_of
 from netdae.forces.protocol import Force
 from netdae.material import Material
 from netdae.mouth import mouth_of
@@ -55,7 +56,8 @@ class _Cord:
 def with_closings(net: CableNet, start: State, closings: Sequence[Closing]) -> Closed:
     """The net with winches and drawcords, and the start of all together.
 
-    Raises InputError as `check_closing` does, and where the net has groups of these names.
+    Raises InputError as `check_closing` does, where the net has groups of these names, and where a cord is so short
+    that it pulls at the start with more than its motor.
     """
     for kind, names, groups in (
         ("node", (DRUMS,), net.node_groups),
@@ -70,6 +72,8 @@ def with_closings(net: CableNet, start: State, closings: Sequence[Closing]) -> C
         _check_times(closing.haul, start.t)
     by_closing = [_cords_of(net, closing) for closing in closings]
     cords = [cord for each in by_closing for cord in each]
+    for cord in cords:
+        _check_start(cord, start.x)
     if not cords:
         return Closed(net, start, (), (), (), {})
     n, m = net.node_count, net.cable_count
@@ -128,8 +132,15 @@ def _pairs_of(net: CableNet, winch: Winch) -> list[_Cord]:
             f"closing: {_named(winch.first)} has {len(first)} nodes and {_named(winch.second)} has {len(second)}: "
             "a winch joins them by pairs, so let both have as many, and one at least"
         )
-    cords = []
+    cords: list[_Cord] = []
+    joined: set[frozenset[int]] = set()
     for i, j in zip(first.tolist(), second.tolist(), strict=True):
+        if frozenset((i, j)) in joined:
+            raise InputError(
+                f"closing: nodes {i} and {j} are joined twice, by {_named(winch.first)} and {_named(winch.second)}: "
+                "name each pair once"
+            )
+        joined.add(frozenset((i, j)))
         if i == j:
             raise InputError(
                 f"closing: node {i} of {_named(winch.first)} is its own partner in {_named(winch.second)}: "
@@ -168,7 +179,7 @@ def rings_through(net: CableNet, cord: Drawcord) -> IntArray:
         members = net.nodes_of(cord.group)
         if len(members) < 2:
             raise InputError(
-                f"closing: the cord runs through {len(members)} node of {cord.group!r}: give two or more rings"
+                f"closing: the cord runs through {_counted(members)} of {cord.group!r}: give two or more rings"
             )
         loop = mouth_of(net, cord.loop or cord.group)
         outside = np.setdiff1d(members, loop)
@@ -180,13 +191,17 @@ def rings_through(net: CableNet, cord: Drawcord) -> IntArray:
         return loop[np.isin(loop, members)]
     nodes = _listed(net, cord.nodes)
     if len(nodes) < 2:
-        raise InputError(f"closing: the cord runs through {len(nodes)} node: give two or more rings")
+        raise InputError(f"closing: the cord runs through {_counted(nodes)}: give two or more rings")
     values, count = np.unique(nodes, return_counts=True)
     if (count > 1).any():
         raise InputError(
             f"closing: the cord runs through node {values[count > 1][0]} twice: let it pass each ring once"
         )
     return nodes
+
+
+def _counted(nodes: IntArray) -> str:
+    return "1 node" if len(nodes) == 1 else f"{len(nodes)} nodes"
 
 
 def _drawn_through(net: CableNet, cord: Drawcord) -> _Cord:
@@ -216,6 +231,23 @@ def _check_final(haul: Haul, length: float, least: float) -> None:
     if haul.final_length < least * length * (1 - 1e-12):
         raise InputError(
             f"closing: final_length is {haul.final_length:g} m, under {least:.0%} of the cord's {length:g} m: give more"
+        )
+
+
+def _check_start(cord: _Cord, x: FloatArray) -> None:
+    """Raise InputError where a cord pulls at the start, with x (n, 3), with more than its motor."""
+    d = np.linalg.norm(x[cord.cables[:, 1]] - x[cord.cables[:, 0]], axis=1)
+    size = cord.closing.rings.size if isinstance(cord.closing, Drawcord) else 0.0
+    way, length, material = float(np.hypot(d, size).sum()), float(cord.L.sum()), cord.closing.material
+    E11 = 0.5 * ((way / length) ** 2 - 1)
+    g, _, _, _ = law_of(E11, material.toe_strain, material.law == "engineering")
+    pull = material.youngs_modulus * material.cross_section * g * way / length
+    if pull > cord.haul.force:
+        i, j = cord.cables[0].tolist()
+        which = f"from node {i} to {j}" if len(cord.cables) == 1 else f"through node {i}"
+        raise InputError(
+            f"closing: the cord {which} is {length:g} m long, but its way at the start is {way:g} m, on which it pulls "
+            f"with {pull:.3g} N, more than its motor with {cord.haul.force:g} N: give it {way:g} m or more"
         )
 
 

@@ -5,10 +5,13 @@ drum. Each is a cord, one or more cables of the same net, on a reel of its own (
 the drum is held until the closing begins, winds in at v as far as F goes, ends at a stop where L̄ is the final length,
 and is held there by stop and pawl. The motor's work is external work.
 
-How sharply a closing has to be flown. It takes long, l/v, and its knots move at some v/2π, slower than those of an
-ejection. Each step adds an error of up to a_v, the absolute tolerance, to velocities; after N steps the errors, of
-either sign, have come to a_v √N. N is 10³ to 10⁵ (cables chatter), so a_v ≤ 10⁻⁴ v leaves 0.3 to 3 % of v. Positions
-take errors of a_v times a step of some ms: a_x = a_v · 10 ms. See `closing_tolerances`.
+How sharply a closing has to be flown. What has most of the mass, bullets and corners, is moved by jerks: a cord that
+goes taut at some u ≈ v and pushes them off again. They are a few of the many unknowns of which IDA's error norm is the
+mean, so that they may be wrong by several times the tolerance; and BDF damps a jerk, so that the errors of its N steps
+have one sign: up to a_v N, not a_v √N. N is 10² to 10³, and a_v = 10⁻⁵ v leaves the most part of 1 % of v. Positions
+take errors of a_v times a step of some ms: a_x = a_v · 10 ms. In the orbit's frame they come to metres: rtol = 10⁻⁵
+keeps them to less than the stretch of a cord. The speed that matters is that of winding in, for winches between
+massive nodes as for cords along the mouth: see `closing_tolerances`.
 """
 
 from __future__ import annotations
@@ -31,6 +34,9 @@ WIDTH = 0.1
 
 CREEP = 0.01
 """Creep speed v₁ of a pawl over the motor's speed."""
+
+SHARE = 1e-5
+"""rtol of a closing, and its absolute tolerance of velocities over the speed of winding in."""
 
 SPIN_UP = 0.01
 """Time in s in which a motor gives its own drum its speed, where the drum's inertia is not told: J/R² = F t/v."""
@@ -148,28 +154,36 @@ class Tolerances(NamedTuple):
 
 
 def closing_tolerances(speed: float) -> Tolerances:
-    """The coarsest tolerances at which a net that is closed at `speed` in m/s closes as it does at finer ones.
+    """Tolerances at which a net that is closed at `speed` in m/s closes as at finer ones, to 1 % of the area it had.
 
-    Measured: a 5 m net with 11 × 11 knots, 3 % slack and at rest, a cord through the 40 of its border that is wound in
-    from 20 m at 1 m/s by 50 N (drum 1 kg, v₀ = 0.02 v); area of the mouth in m² after 6, 8 and 10 s, and steps:
+    Measured: areas in m² and, in percent, the share of the motors' work that is not accounted for; f is the factor on
+    all three tolerances, below it the explicit method at accuracy "accurate".
 
-        1e-5, 1e-7 m, 1e-5 m/s   10.75  5.30  1.47   13 686
-        1e-4, 1e-6 m, 1e-4 m/s   10.58  5.14  1.46    5 299   these; other starts 10.62 5.16 1.49, 10.71 5.25 1.52
-        1e-3, 1e-6 m, 1e-4 m/s   10.90  5.32  1.47    5 094
-        accurate                 10.69  5.16  1.48    5 796
-        standard                 10.61  5.05  1.24    3 410
-        1e-3, 1e-5 m, 1e-3 m/s   12.72  6.46  2.72    1 824
-        fast                     10.15  7.46  4.75      184
+    Four winches of 10 N along the sides of a 3 m net, bullets of 0.2 kg, at rest, 3 % slack; the loop through the
+    corners after 0.5 and 0.8 of the time T to the final length, the share at 1.6 T, after several jerks:
 
-    At 0.2 m/s, after 30, 40 and 50 s: 10.69 5.29 1.81 at these, 10.40 4.93 1.43 at a tenth of them, 12.64 9.38 6.19
-    at 1e-3, a_v = 1e-3 v.
-    With 6 × 6 knots at 4 m/s, after 1.5 and 2 s: a_v/v = 1e-6 11.93 5.42, 1e-5 11.92 5.41, these 11.97 5.67,
-    1e-3 13.25 7.09, 1e-2 14.57 9.40.
+                  7 × 7, 1 m/s          7 × 7, 0.3 m/s        7 × 7, 3 m/s          21 × 21, 1 m/s
+        f = 10    0.700 0.268 −1.2      0.467 0.563 −1.6      2.874 0.743 −3.5      0.729 0.218 −4.1
+        these     0.707 0.261 −0.1      0.476 0.548 −0.3      2.866 0.735 −0.1      0.718 0.228 −0.9
+        f = 0.1   0.707 0.261 −0.0      0.476 0.548 −0.0      2.867 0.736 −0.0      0.722 0.225 −0.1
+        explicit  0.707 0.261 −0.0      0.476 0.548 −0.0      2.868 0.737 −0.0      0.722 0.224 −0.0
+
+    A drawcord of `scripts/closing_convergence.py`, from 20 m to 0.5 m at 5 m/s; the mouth when a quarter, a half and
+    three quarters are wound in, the share at the end, steps:
+
+                  6 × 6, all 20 knots of the border           11 × 11, all 40
+        f = 10    16.745  7.449  1.354  −8.5    8 903         16.588  7.603  1.262  −12.0  15 872
+        these     16.754  7.260  1.118  −0.1   18 468         16.533  7.612  1.423   −1.6  47 144
+        f = 0.1   16.750  7.224  1.150  −0.1   31 087         16.533  7.619  1.515   −0.1  92 335
+
+    Slower, a preset is silently wrong: 11 × 11 knots, a cord wound in from 20 m at 1 m/s by 50 N (drum 1 kg, v₀ =
+    0.02 v), the mouth after 6, 8 and 10 s: 10.75 5.30 1.47 by these, 10.61 5.05 1.24 by standard, 10.15 7.46 4.75 by
+    fast.
     """
     if not (math.isfinite(speed) and speed > 0):
         raise InputError(f"closing: speed is {speed:g} m/s: give a finite number above zero")
-    atol_velocity = 1e-4 * speed
-    return Tolerances(1e-4, 1e-2 * atol_velocity, atol_velocity)
+    atol_velocity = SHARE * speed
+    return Tolerances(SHARE, 1e-2 * atol_velocity, atol_velocity)
 
 
 def tightened(tolerances: tuple[float, float, float], closings: Sequence[Closing]) -> Tolerances:
@@ -195,7 +209,7 @@ def accuracy_told(in_force: tuple[float, float, float], closings: Sequence[Closi
     if sharp_enough(in_force, closings):
         return f"{flown}, as it needs"
     needed = told.format(*closing_tolerances(speed))
-    return f"{flown}, but it needs {needed}: the mouth may close by tens of percents too soon or too late"
+    return f"{flown}, but it needs {needed}: the mouth may close too soon or too late"
 
 
 def _check_length(length: float | None) -> None:

@@ -176,9 +176,16 @@ def restraints_of(reels: Sequence[Reel]) -> tuple[Restraint, ...]:
 def forces_of(reels: Sequence[Reel], net: CableNet, cords: Cords, tau: FloatArray) -> tuple[Force, ...]:
     """Forces of the reels on a net whose cables are made of `cords` and have the viscosity times tau (m,), s.
 
-    A stop is as stiff as the reeled cables are where s = 0, Σ σ² EĀ/L̄₀, so that it brings no faster motion than
-    they do, and damped critically against the drum, c = 2 √(k J/R²): a drum that nothing pulls goes √(J/R²/k) ṡ/e
-    beyond it and, since the stop lets go where it would have to pull, comes back at ṡ/e².
+    A stop is as stiff as the reeled cables are at their shortest between s = 0 and it, Σ σ² EĀ/min(L̄₀, L̄(s_e)). No
+    drum moves faster on it than on its cables, and it gives way less than what it holds: where a reel winds in, a motor
+    of the force F presses it by F/k = L̄ F/EĀ, the part F/EĀ of the length that is left. (As stiff as where s = 0 it
+    gave way by F/EĀ of the whole length, which on a short rest is much.) It is damped critically against the drum,
+    c = 2 √(k J/R²): with the rate 1/θ = √(k/(J/R²)) a drum that lands at ṡ under F is
+
+        δ(t) = F/k (1 − (1 + t/θ) e^(−t/θ)) + ṡ t e^(−t/θ)
+
+    beyond it, never by more than F/k + ṡ θ/e; one that nothing pulls goes ṡ θ/e and, since the stop lets go where it
+    would have to pull, comes back at ṡ/e².
     Raises InputError as `check_reels` does.
     """
     check_reels(reels, net)
@@ -250,13 +257,11 @@ def _stops_of(reels: Sequence[Reel], net: CableNet, cords: Cords) -> list[Force]
     for reel in reels:
         L = net.rest_length[reel.cables]
         EA = cords.axial_stiffness[reel.cables]
-        k = reel.share**2 * float(np.sum(EA / L) if reel.rings is None else EA[0] / L.sum())
-        c = 2 * math.sqrt(k * reel.inertia)
-        low, high = way_of(reel, L)
-        rows += [
-            (reel.node, place, side, k, c)
-            for place, side in ((low, -1.0), (high, 1.0))
-            if math.isfinite(place)
-        ]
+        if reel.rings is not None:
+            L, EA = L.sum(keepdims=True), EA[:1]
+        for place, side in zip(way_of(reel, net.rest_length[reel.cables]), (-1.0, 1.0), strict=True):
+            if math.isfinite(place):
+                k = reel.share**2 * float(np.sum(EA / np.minimum(L, L + reel.share * place)))
+                rows.append((reel.node, place, side, k, 2 * math.sqrt(k * reel.inertia)))
     table = np.array(rows).T.copy()
     return [EndStop(table[0].astype(np.int64)[:, None], table[1], table[2], table[3], table[4])]

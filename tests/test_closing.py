@@ -1,6 +1,9 @@
 """Winches and drawcords on nets: what they add, how they close, what they cost in energy and accuracy."""
 
 import math
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -89,7 +92,7 @@ def test_a_drawcord_runs_round_the_mouth_in_its_order():
     np.testing.assert_array_equal(cord.nodes[0], [*loop, net.node_count])
     np.testing.assert_array_equal(mouth_of(closed.net, "border"), loop)
     stop = next(force for force in system.forces if isinstance(force, EndStop))
-    np.testing.assert_allclose(stop.stiffness, 1e5 / (16 * np.hypot(0.5, 1e-3)))  # of the whole cord
+    np.testing.assert_allclose(stop.stiffness, 1e5 / 1.0)  # of what is left of the cord
     np.testing.assert_allclose(stop.place, 16 * np.hypot(0.5, 1e-3) - 1.0)
     assert system.spatial_mass[-1] == 0.0
     assert system.mass[-1] == pytest.approx(20.0 * 0.01)  # what 20 N bring to 1 m/s in 10 ms
@@ -179,11 +182,31 @@ def test_a_winch_waits_keeps_its_speed_and_stops_at_its_final_length():
     # the masses, once they move, pull no more: the drum runs at the speed, and cord slack by rebound does not matter
     np.testing.assert_allclose(drum[during, 1], 0.5, rtol=1e-3)
     np.testing.assert_allclose(np.diff(drum[during, 0]), 0.5 * 0.25, rtol=1e-3)
-    # the stop is as stiff as the cable, 33 kN/m: the motor's 50 N press it by 1.5 mm, and there it stays
-    np.testing.assert_allclose(drum[-4:, 0], 1.0 + 50.0 / (1e5 / 3), atol=1e-5)
+    # the stop is as stiff as the 2 m of cable that are left, 50 kN/m: the motor's 50 N press it by 1 mm, and it stays
+    np.testing.assert_allclose(drum[-4:, 0], 1.0 + 50.0 / (1e5 / 2), atol=1e-5)
     assert np.abs(drum[-4:, 1]).max() < 1e-6
     assert energy_of(system, flight[-1]) == pytest.approx(0.0, abs=1e-4)
     assert flight[-1].books.external_work > 0.05
+
+
+@pytest.mark.parametrize("left", [0.6, 4.0])
+def test_a_drum_that_lands_under_its_motor_goes_as_far_beyond_the_stop_as_its_docstring_says(left):
+    """δ(t) of `reels.forces_of` with k of what is left, under a steady pull F γ(10), on a cable that hangs slack."""
+    F, J, way, k = 30.0, 0.5, 2.0, 1e5 / left
+    haul = Haul(speed=1e4, force=F, final_length=left, drum_inertia=J)
+    net = pair_net()
+    near = State.at(0.01 * net.nodes, np.zeros_like(net.nodes))  # the winch's ends: it is longer at any time
+    closed = with_closings(net, near, [Winch("a", "b", LINE, haul, length=way + left)])
+    system = system_of(closed, masses={"ends": 1.0, "rest": 1.0})
+    pull = F * 10 / math.sqrt(101)
+    theta, speed = math.sqrt(J / k), math.sqrt(2 * pull * way / J)
+    lands = speed / (pull / J)
+    u = np.array([0.5, 1.0, 1.5])  # at u = 2 it leaves the stop
+    flight = simulate(system, closed.start, [0.0, *(lands + u * theta)], options=TIGHT)
+    beyond = pull / k * (1 - (1 + u) * np.exp(-u)) + speed * theta * u * np.exp(-u)
+    # rtol of 1e-7 on 2 m and the motor's force, which falls by 1e-5 of itself up to that speed
+    np.testing.assert_allclose(flight.positions[1:, 4, 0] - way, beyond, rtol=2e-3)
+    assert beyond.max() < pull / k + speed * theta / math.e < 0.05 * left
 
 
 def test_a_load_over_the_motors_force_stalls_it_and_the_pawl_holds_but_for_its_creep():
@@ -248,7 +271,7 @@ def test_a_drawcord_closes_the_mouth_keeps_momentum_and_balances_its_work(fricti
     # the rings are all knots of the border: it is as long as the cord, but for the stop's way at the motor's force
     assert border[-1] < 8.05
     work = flight[-1].books.external_work
-    assert work > 3.0
+    assert work > 2.0  # it brings the corners to 1 m/s and more
     for frame in flight:
         assert np.abs(system.momentum(frame.v)).max() < 1e-12
         # the integrator's own dissipation at these tolerances, 1 to 3 %
@@ -257,7 +280,7 @@ def test_a_drawcord_closes_the_mouth_keeps_momentum_and_balances_its_work(fricti
 
 def test_the_area_of_the_mouth_converges_with_the_tolerance_to_one_value():
     areas = []
-    for factor in (100.0, 1.0, 0.1):
+    for factor in (1000.0, 1.0, 0.1):
         loop, closed, system = closing_net(5, 20, speed=4.0)
         rtol, position, velocity = closing_tolerances(4.0)
         options = SolverOptions(
@@ -266,8 +289,8 @@ def test_the_area_of_the_mouth_converges_with_the_tolerance_to_one_value():
         last = simulate(system, closed.start, [0.0, 1.5], options=options)[-1]
         areas.append(vector_area(last.x[loop]))
     coarse, ours, fine = areas
-    assert ours == pytest.approx(fine, rel=0.01)  # 11.97 and 11.92 m², at a hundredth 11.93 m²
-    assert coarse > 1.15 * fine  # 14.57 m²: silently wrong
+    assert ours == pytest.approx(fine, rel=0.005)  # 11.93 and 11.92 m²
+    assert coarse > 1.15 * fine  # 14.77 m²: silently wrong
 
 
 @pytest.mark.parametrize("rings", [8, 40, 80])
@@ -279,15 +302,37 @@ def test_eight_to_eighty_rings_draw_a_net_of_21_by_21_knots(rings):
     assert np.abs(system.momentum(flight[1].v)).max() < 1e-12
 
 
+def script(*arguments):
+    file = Path(__file__).resolve().parent.parent / "scripts" / "closing_convergence.py"
+    return subprocess.run(
+        [sys.executable, str(file), *arguments], capture_output=True, text=True, check=False
+    )
+
+
+def test_the_script_that_closes_nets_finds_one_value_on_a_small_one():
+    done = script("--quick")
+    assert done.returncode == 0, done.stdout + done.stderr
+    _, _, *rows, verdict = done.stdout.splitlines()
+    assert [row.split()[:2] for row in rows] == [["20", "1"], ["20", "0.1"]]
+    assert "come to one value" in verdict
+
+
+def test_the_script_tells_a_cord_through_too_few_or_too_many_rings():
+    for rings in ("2", "41"):
+        done = script("--knots", "11", "--rings", rings)
+        assert done.returncode == 2
+        assert f"a cord through {rings} rings: the border has 40 knots" in done.stderr
+
+
 # How sharply
 
 
 def test_tolerances_follow_the_slowest_closing():
-    assert closing_tolerances(1.0) == pytest.approx((1e-4, 1e-6, 1e-4), rel=1e-12)
-    assert closing_tolerances(0.1) == pytest.approx((1e-4, 1e-7, 1e-5), rel=1e-12)
+    assert closing_tolerances(1.0) == pytest.approx((1e-5, 1e-7, 1e-5), rel=1e-12)
+    assert closing_tolerances(0.1) == pytest.approx((1e-5, 1e-8, 1e-6), rel=1e-12)
     slow = Drawcord(LINE, Haul(speed=0.1, force=1.0, final_length=1.0), group="border")
     quick = Winch("a", "b", LINE, HAUL)
-    assert tightened(SolverOptions().tolerances, [quick, slow]) == pytest.approx((1e-4, 1e-7, 1e-5))
+    assert tightened(SolverOptions().tolerances, [quick, slow]) == pytest.approx((1e-5, 1e-8, 1e-6))
     assert tightened((1e-6, 1e-9, 1e-9), [quick]) == (1e-6, 1e-9, 1e-9)
     assert tightened((1e-3, 1e-4, 1e-2), []) == (1e-3, 1e-4, 1e-2)
 
@@ -295,14 +340,14 @@ def test_tolerances_follow_the_slowest_closing():
 def test_the_accuracy_of_a_closing_is_told():
     quick = Winch("a", "b", LINE, HAUL)
     assert accuracy_told((1e-4, 1e-5, 3e-4), []) is None
-    assert accuracy_told((1e-4, 1e-6, 1e-4), [quick]) == (
-        "closing at 1 m/s is flown with rtol 0.0001, atol_position 1e-06 m, atol_velocity 0.0001 m/s, as it needs"
+    assert accuracy_told((1e-5, 1e-7, 1e-5), [quick]) == (
+        "closing at 1 m/s is flown with rtol 1e-05, atol_position 1e-07 m, atol_velocity 1e-05 m/s, as it needs"
     )
-    assert sharp_enough((1e-4, 1e-6, 1e-4), [quick])
-    assert not sharp_enough((1e-3, 1e-6, 1e-4), [quick])
+    assert sharp_enough((1e-5, 1e-7, 1e-5), [quick])
+    assert not sharp_enough((1e-4, 1e-7, 1e-5), [quick])
     told = accuracy_told((1e-3, 1e-4, 1e-2), [quick])
     assert told.startswith("closing at 1 m/s is flown with rtol 0.001,")
-    assert "but it needs rtol 0.0001, atol_position 1e-06 m, atol_velocity 0.0001 m/s" in told
+    assert "but it needs rtol 1e-05, atol_position 1e-07 m, atol_velocity 1e-05 m/s" in told
 
 
 # What is told
@@ -318,6 +363,7 @@ def told(*closings, net=None, t=0.0):
 def test_what_cannot_be_strung_is_told():
     net = net_of()
     assert "runs through 1 node" in told(Drawcord(LINE, HAUL, nodes=(3,)))
+    assert "runs through 0 nodes: give" in told(Drawcord(LINE, HAUL, nodes=()))
     assert "runs through 1 node of 'centre'" in told(Drawcord(LINE, HAUL, group="centre"))
     assert "node 99, but the net has 25 nodes" in told(Drawcord(LINE, HAUL, nodes=(3, 99, 4)))
     assert "through node 3 twice" in told(Drawcord(LINE, HAUL, nodes=(3, 4, 3)))
@@ -329,6 +375,25 @@ def test_what_cannot_be_strung_is_told():
     )
     assert "'corners' has 4 nodes and 'centre' has 1" in told(Winch("corners", "centre", LINE, HAUL))
     assert "node 12 of 'centre' is its own partner" in told(Winch("centre", "centre", LINE, HAUL))
+
+
+def test_a_pair_that_is_joined_twice_is_told_and_a_node_with_two_partners_is_not():
+    assert "nodes 4 and 0 are joined twice" in told(Winch((0, 4), (4, 0), LINE, HAUL))
+    net = net_of()
+    with_closings(net, at_rest(net), [Winch((0, 0), (4, 20), LINE, HAUL)])
+
+
+def test_a_cord_that_pulls_at_the_start_with_more_than_its_motor_is_told():
+    net = net_of()
+    # 8 m round: EA ½ ((8/7)² − 1) 8/7 of 100 kN
+    assert "is 7 m long, but its way at the start is 8.00002 m, on which it pulls with 1.75e+04 N" in told(
+        Drawcord(LINE, HAUL, group="border", length=7.0)
+    )
+    assert "from node 0 to 4 is 1.9 m long, but its way at the start is 2 m" in told(
+        Winch((0,), (4,), LINE, HAUL, length=1.9)
+    )
+    # stretched by 1e-4 it pulls with 10 N of the motor's 20 N
+    with_closings(net, at_rest(net), [Winch((0,), (4,), LINE, HAUL, length=2 / 1.0001)])
 
 
 def test_lengths_and_times_that_do_not_go_together_are_told():

@@ -153,12 +153,12 @@ def test_tolerances_are_those_of_the_slowest_closing_unless_they_are_given():
     closings = closings_from(DRAWCORD + WINCH)
     solver = Solver(end=2.0)
     own = closing_options(SolverOptions(), solver, closings)
-    assert own.tolerances == pytest.approx((1e-4, 5e-7, 5e-5))
+    assert own.tolerances == pytest.approx((1e-5, 5e-8, 5e-6))
     given = Solver(end=2.0, atol_velocity=1e-3)
     kept = closing_options(SolverOptions(atol_velocity=1e-3), given, closings)
-    assert kept.tolerances == pytest.approx((1e-4, 5e-7, 1e-3))
+    assert kept.tolerances == pytest.approx((1e-5, 5e-8, 1e-3))
     fine = SolverOptions(accuracy="accurate")
-    assert closing_options(fine, solver, closings).tolerances == pytest.approx((1e-5, 5e-7, 5e-5))
+    assert closing_options(fine, solver, closings).tolerances == pytest.approx((1e-5, 5e-8, 5e-6))
     assert closing_options(SolverOptions(), solver, []) == SolverOptions()
 
 
@@ -173,7 +173,7 @@ def test_tolerances_are_those_of_the_slowest_closing_unless_they_are_given():
         ('"border"', "3", "[[closing]] 1 rings is 3, expected text in quotes"),
         ("speed = 0.5", "speed = 0.0", "[[closing]] 1 speed is 0.0, expected a number above 0"),
         ("speed = 0.5", "speed = -1.0", "[[closing]] 1 speed is -1.0, expected a number above 0"),
-        ("speed = 0.5\n", "", "[[closing]] 1 speed is missing: Speed at which the motor winds in, m/s."),
+        ("speed = 0.5\n", "", "[[closing]] 1 speed is missing: Speed at which the motor winds in, m/s"),
         ('"mouth_area_max"', "0.5", "begin is 0.5 s, before the start of the flight at 1 s"),
         (
             "final_length = 1.0",
