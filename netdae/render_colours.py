@@ -14,7 +14,7 @@ SHARE = 0.98
 
 STRONG = {"tether": "#0091b3", "closing": "#1a8f45"}
 """Taut tether with its bridle, and closing cord."""
-PALE = {"net": "#b4b4b4", "tether": "#9fcfdb", "closing": "#a3d3b4"}
+PALE = {"net": "#b4b4b4", "tether": "#9fcfdb", "closing": "#6cbb8a"}
 """Slack cables of each kind."""
 BULLET = "#20242b"
 CHASER, PANEL = "#aeb6c0", "#1d3f8f"

@@ -129,7 +129,9 @@ def read_footage(folder: str | os.PathLike[str]) -> Footage:
     place = Path(folder)
     if not (place / SERIES).is_file():
         if members := sorted(place.glob(f"member_*/{SERIES}")):
-            raise InputError(f"{place} is the folder of an ensemble: give that of a member, {members[0].parent}")
+            raise InputError(
+                f"{place} is the folder of an ensemble: give that of a member, {members[0].parent}"
+            )
         what = "has no frames" if place.is_dir() else "is not a folder"
         raise InputError(f"{place} {what}: give the output folder of netdae run, in which {SERIES} is")
     series = read_series(place / SERIES)

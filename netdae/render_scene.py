@@ -23,7 +23,7 @@ Pixels = NDArray[np.uint8]
 """A picture, (height, width, 3)."""
 
 _USUAL = 960.0  # pixels: width at which the radii below are meant
-_TAUT, _SLACK, _CORD, _SLACK_CORD = 1.5, 0.55, 2.0, 0.9  # radii in pixels
+_TAUT, _SLACK, _CORD, _SLACK_CORD = 1.5, 0.55, 2.0, 1.2  # radii in pixels
 _BULLET, _CHASER = 6.5, 10.0  # radius and half an edge, pixels
 _PANEL_FROM, _PANEL_HALF = 2.6, 1.3  # middle and half the length of a panel, times the chaser's half edge
 _SHARE_OF_MESH = 0.11  # a taut cable is at most this thick by its length: dense nets stay open

@@ -4,12 +4,14 @@
 
 Flies every scenario of this folder by the explicit method with 25 frames, one that closes its net as it says itself,
 since cords and motors make many short steps. Pictures the largest mouth, or two thirds of the way where a net is widest
-at its start or closed, and prints a row of the README's table for each.
+at its start; and a net that closes at its widest, half closed and at the end, from ahead. Prints a row of the README's
+table for each.
 """
 
 from __future__ import annotations
 
 import argparse
+import csv
 import sys
 import tempfile
 from dataclasses import replace
@@ -25,6 +27,8 @@ from netdae.run_folder import RunFolder, fly
 SCRIPTS = Path(__file__).resolve().parent
 FRAMES = 25
 LOOK = nd.Look(size=(640, 480), fit="net")
+AHEAD = nd.Look(size=(640, 300), fit="net", view=(0.35, 1.4, 0.35))
+"""Of the nets that close, which fly along y: one looks into the mouth."""
 
 
 def shown(script: Path, picture: Path, *, end: float | None) -> str:
@@ -43,8 +47,14 @@ def shown(script: Path, picture: Path, *, end: float | None) -> str:
     simulation = replace(simulation, times=times)
     with tempfile.TemporaryDirectory() as folder:
         summary = fly(simulation, RunFolder(Path(folder) / "run", scenario))
-        nd.render_picture(Path(folder) / "run", picture, time=_telling(summary), look=LOOK)
-    return f"| ![{simulation.title}]({_place_of(picture)}) | `{script.name}`: {_line_of(summary)} |"
+        if _closes(simulation.system.net):
+            nd.render_sheet(
+                Path(folder) / "run", picture, frames=_of_closing(Path(folder) / "run"), look=AHEAD
+            )
+        else:
+            nd.render_picture(Path(folder) / "run", picture, time=_telling(summary), look=LOOK)
+    drums = len(simulation.system.reels)
+    return f"| ![{simulation.title}]({_place_of(picture)}) | `{script.name}`: {_line_of(summary, drums)} |"
 
 
 def _closes(net: CableNet) -> bool:
@@ -52,19 +62,29 @@ def _closes(net: CableNet) -> bool:
     return "closing" in net.cable_groups
 
 
+def _of_closing(folder: Path) -> list[int]:
+    """Frames of a net that closes: widest, first under half of that, and last."""
+    with (folder / "metrics.csv").open(newline="", encoding="utf-8") as rows:
+        # loops of the border may close before the corners do
+        area = np.array(
+            [max(float(row["mouth_area"]), float(row["corner_area"])) for row in csv.DictReader(rows)]
+        )
+    widest, last = int(area.argmax()), len(area) - 1
+    half = widest + int(np.argmax(area[widest:] < 0.5 * area[widest]))
+    return sorted({widest, half, last})
+
+
 def _telling(summary: dict[str, Any]) -> float:
     """Time of the picture, s."""
     begin, end = summary["solver"]["begin"], summary["deployment"]["end_time"]
     widest = summary["deployment"].get("largest_mouth_area_time", begin)
-    if any(event["action"] == "start_closing" for event in summary["events"]):
-        widest = begin
     return widest if widest > begin + 0.1 * (end - begin) else begin + 2 / 3 * (end - begin)
 
 
-def _line_of(summary: dict[str, Any]) -> str:
+def _line_of(summary: dict[str, Any], drums: int) -> str:
     figures, solver = summary["deployment"], summary["solver"]
     words = [
-        f"{summary['title']}, {summary['net']['nodes']} knots, {figures['end_time'] - solver['begin']:.3g} s"
+        f"{summary['title']}, {summary['net']['nodes'] - drums} knots, {figures['end_time'] - solver['begin']:.3g} s"
     ]
     if "largest_mouth_area" in figures:
         words.append(
