@@ -9,7 +9,10 @@ import numpy as np
 from numba import njit
 
 from netdae._arrays import FloatArray
+from netdae.ida_asking import ask_held
+from netdae.ida_further_calls import add_further_rates
 from netdae.ida_kernel import OPTIONS, Net, forces, look, parts_of
+from netdae.ida_outside import add_wrench
 from netdae.kernel_cables import drag
 
 RATES = 8  # dissipated power, external power, force (3,), torque (3,)
@@ -40,29 +43,24 @@ def rates(t: float, y: FloatArray, net: Net, out: FloatArray) -> float:
             power -= f[k] * v[k]
     out[0] = power
     for k in range(len(drags.alpha)):
-        _add_wrench(x, k, -drags.alpha[k] * v[k], out)
+        add_wrench(x, k, -drags.alpha[k] * v[k], out)
     for k in range(len(push.start)):
         p = push.start[k] + push.rate[k] * (t - push.since)
         out[1] += p * v[k]
-        _add_wrench(x, k, p, out)
+        add_wrench(x, k, p, out)
+    peak = np.sqrt(peak2)
+    if net.further != 0:
+        peak = max(peak, add_further_rates(net.further, t, x, v, f, out))
+        ask_held(net.further, t)
     if len(held.entry) > 0:
         forces(t, x, v, net)
-        for c in range(len(held.entry)):  # such axes have no acceleration: the reaction is −f
+        for c in range(len(held.entry)):
             k = held.entry[c]
-            out[1] -= f[k] * held.speed[c]
-            _add_wrench(x, k, -f[k], out)
-    return np.sqrt(peak2)
-
-
-@njit(**OPTIONS)
-def _add_wrench(x: FloatArray, k: int, force: float, out: FloatArray) -> None:
-    """The force along entry k of x, and its moment about the origin, to out[2:8]."""
-    c = k % 3
-    node = k - c
-    after, before = (c + 1) % 3, (c + 2) % 3
-    out[2 + c] += force
-    out[5 + after] += x[node + before] * force
-    out[5 + before] -= x[node + after] * force
+            reaction = net.mass[k // 3] * held.gain[c] - f[k]
+            out[1] += reaction * held.speed[c]
+            if held.in_space[c]:
+                add_wrench(x, k, reaction, out)
+    return peak
 
 
 @njit(**OPTIONS)

@@ -7,8 +7,10 @@ from typing import Any
 import numpy as np
 from numba import carray, cfunc, njit, types
 
+from netdae._arrays import FloatArray
 from netdae.addresses import address_of, call, floats, ints
-from netdae.ida_kernel import OPTIONS, residual
+from netdae.ida_asking import ask_held, asks_held
+from netdae.ida_kernel import OPTIONS, Net, residual
 from netdae.ida_layout import matrix_of, net_of, record_at
 from netdae.ida_matrix import assemble, factor, solve
 
@@ -21,6 +23,19 @@ _RESIDUAL_FAILED = -8  # IDA_RES_FAIL
 def data_of(vector: int, size: int) -> Any:
     """Data of a serial vector."""
     return floats(ints(ints(vector, 1)[0], 2)[1], size)
+
+
+@njit(**OPTIONS)
+def put_asked_axes(t: float, predicted: FloatArray, net: Net, e: FloatArray) -> None:
+    """Let the correction bring axes that are asked for to their place at once, so that r₁ and r₂ vanish there."""
+    if not asks_held(net.further):
+        return
+    ask_held(net.further, t)
+    held, n3 = net.held, 3 * len(net.mass)
+    for c in range(len(held.entry)):
+        k = held.entry[c]
+        e[k] = held.place[c] + held.speed[c] * (t - held.since) - predicted[k]
+        e[n3 + k] = held.speed[c] - predicted[n3 + k]
 
 
 _V, _D, _I = types.voidptr, types.float64, types.int32
@@ -36,12 +51,12 @@ def on_residual(t, y, yp, F, user):  # type: ignore[no-untyped-def]
 def on_jacobian(t, cj, y, yp, F, J, user, one, two, three):  # type: ignore[no-untyped-def]
     """IDALsJacFn: K made and factored, J itself left alone."""
     u = record_at(address_of(user))
-    matrix = matrix_of(u)
-    assemble(data_of(address_of(y), 6 * u.n), cj, net_of(u), matrix)
-    u.singular = factor(matrix)
+    net, matrix = net_of(u), matrix_of(u)
+    assemble(t, data_of(address_of(y), 6 * u.n), cj, net, matrix)
+    u.singular = factor(cj, net, matrix)
     u.cj = cj
     u.setups += 1
-    return 0 if u.singular < 0 else -1
+    return 0 if u.singular == -1 else -1
 
 
 @cfunc(_I(_V, _V), **OPTIONS)
@@ -96,6 +111,8 @@ def on_newton(solver, start, correction, weights, tolerance, wants_setup, memory
     net, matrix = net_of(u), matrix_of(u)
     setup, fresh, iteration = wants_setup != 0, False, 0
     e[:] = 0.0
+    if net.further != 0:
+        put_asked_axes(t, predicted, net, e)
     while True:
         for k in range(size):
             y[k] = predicted[k] + e[k]
@@ -128,6 +145,8 @@ def on_newton(solver, start, correction, weights, tolerance, wants_setup, memory
             return _NOT_CONVERGED
         setup, iteration = True, 0
         e[:] = 0.0
+        if net.further != 0:
+            put_asked_axes(t, predicted, net, e)
 
 
 @cfunc(_I(_V, _V, _V), **OPTIONS)

@@ -8,8 +8,10 @@ import numpy as np
 from numba import njit
 
 from netdae.addresses import call, floats, ints
+from netdae.ida_asking import asking_failed
 from netdae.ida_books import RATES, between, middle, rates
-from netdae.ida_failures import STANDS_STILL, STUCK
+from netdae.ida_failures import STANDS_STILL, STUCK, WOUND_IN
+from netdae.ida_further_calls import wound_in_whole
 from netdae.ida_kernel import OPTIONS
 from netdae.ida_layout import RECORD, net_of, record_at
 
@@ -29,6 +31,7 @@ def begin_books(address: int, row: int) -> float:
 def fly(address: int, row: int, count: int, stop: float, span: float) -> int:
     """Up to `count` steps from the state in `row`, not beyond `stop` and no more than `span` seconds; IDA's last code.
 
+    A step in which a cord is wound in whole does not count; it stands in the row after `made`.
     The chunk's rows 0 to `made` are then times, states (x, v), slopes (ẋ, v̇), books from its begin on, and tensions.
     """
     u = record_at(address)
@@ -61,9 +64,12 @@ def fly(address: int, row: int, count: int, stop: float, span: float) -> int:
         code = call(u.ida_solve, (u.memory, stop, u.clock, u.y, u.yp, np.int32(_ONE_STEP)))
         if code < 0:
             break
+        times[made + 1] = clock[0]
+        if net.further != 0 and wound_in_whole(net.further, y):
+            code = WOUND_IN
+            break
         made += 1
         h = clock[0] - t
-        times[made] = clock[0]
         for q in range(RATES):
             then[q] = now[q]
         tensions[made] = rates(clock[0], y, net, now)
@@ -72,6 +78,9 @@ def fly(address: int, row: int, count: int, stop: float, span: float) -> int:
             rates(t + 0.5 * h, mid, net, half)
         for q in range(RATES):
             books[made, q] = books[k, q] + h / 6.0 * (then[q] + 4.0 * half[q] + now[q])
+        if net.further != 0 and asking_failed(net.further):
+            made -= 1
+            break
         u.stuck = u.stuck + 1 if h <= 8.9e-16 * abs(clock[0]) else 0
         if u.stuck > STUCK:
             code = STANDS_STILL

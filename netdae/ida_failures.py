@@ -11,11 +11,13 @@ from netdae.system import System
 
 STUCK = 1000  # steps without progress of the clock before a run is given up
 STANDS_STILL = -100  # the code of that; SUNDIALS' own are above
+WOUND_IN = -101  # the code of a cord whose rest length has come to its end
 
 _REASONS = {
     -3: "the error test failed again and again, down to the smallest step",
     -4: "Newton's iteration failed again and again, down to the smallest step",
     -22: "its start asks for steps too small to take: look for a force or an acceleration without bound",
+    WOUND_IN: "a cord is wound in whole",
     STANDS_STILL: "the clock stands still: the steps have become too small",
 }
 

@@ -3,7 +3,8 @@
 Symbols as in `ida`: F₁ = ẋ − v and F₂ = M v̇ − f. Arrays are flat,
 y = (x, v) (6n,) with node i at 3i; cables e from i to j with d = xⱼ − xᵢ, w = vⱼ − vᵢ.
 
-It knows cables of all laws with their dashpot, Rayleigh damping, loads and restrained axes that are linear in time.
+It knows cables of all laws with their dashpot, Rayleigh damping, loads and restrained axes that are linear in time. All
+that may act beside stands in a record of its own, see `ida_further`: nets without it pay one comparison.
 Such axes are predicted exactly, so that r₁ and r₂ vanish on them but for round-off: their coupling is left out of K.
 """
 
@@ -14,8 +15,9 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from netdae._arrays import FloatArray, IntArray
+from netdae._arrays import BoolArray, FloatArray, IntArray
 from netdae.forces.cables import law_of
+from netdae.ida_further_calls import add_further_forces
 from netdae.kernel_cables import FAST, Cords, Dashpots, Drags, add_pulls, drag, find_near
 
 OPTIONS = {"cache": True, "fastmath": FAST, "error_model": "numpy"}
@@ -35,6 +37,8 @@ class Held(NamedTuple):
     entry: IntArray  # (c,), entries of x
     place: FloatArray  # (c,), m
     speed: FloatArray  # (c,), m/s
+    gain: FloatArray  # (c,), m/s², of those that are asked for, see `ida_asked`
+    in_space: BoolArray  # (c,), False on drums, which have neither momentum nor place
     since: float  # s
 
 
@@ -61,6 +65,7 @@ class Net(NamedTuple):
     near: Near
     dashpots: Dashpots
     f: FloatArray  # (3n,), N, room to work in
+    further: int  # address of the record of all that acts else, see `ida_further`, or 0
 
 
 @njit(**OPTIONS)
@@ -96,6 +101,8 @@ def forces(t: float, x: FloatArray, v: FloatArray, net: Net) -> None:
     add_pulls(x, v, net.cords, net.near.cables, look(x, net.cords, net.near), f, net.dashpots)
     for k in range(len(push.start)):
         f[k] += push.start[k] + push.rate[k] * (t - push.since)
+    if net.further != 0:
+        add_further_forces(net.further, t, x, v, f)
 
 
 @njit(**OPTIONS)

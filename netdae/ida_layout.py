@@ -20,12 +20,12 @@ _SIZES = "n cables drags alphas pushes held blocks constant free off L_size plai
 _ARRAYS = """
     mass ends L2 half viscous EA eps engineering tau drag_ends drag_viscosity alpha
     near near_number near_x dashpots dashpot_q forces
-    push_start push_rate held_entry held_place held_speed
+    push_start push_rate held_entry held_place held_speed held_gain held_in_space
     K constant_blocks diagonal beside free_axes inverse taut d c graph_counts order place members member_diagonal
     column_start row source flipped present parent L_start L_row L pivots flag L_count path stack Y work right
     times states slopes books tensions rates middle_rates middle clock system z
 """
-_OF_SUNDIALS = "ida_solve system_data error_test_fails on_setup on_test memory y yp correction"
+_OF_SUNDIALS = "ida_solve system_data error_test_fails on_setup on_test memory y yp correction further"
 _COUNTS = """
     residuals setups solves errors_failed newton_failed not_finite singular made stuck iteration
 """
@@ -63,11 +63,18 @@ def net_of(u: Any) -> Net:
     )
     push = Push(floats(u.push_start, u.pushes), floats(u.push_rate, u.pushes), u.since)
     held = Held(
-        ints(u.held_entry, u.held), floats(u.held_place, u.held), floats(u.held_speed, u.held), u.since
+        ints(u.held_entry, u.held),
+        floats(u.held_place, u.held),
+        floats(u.held_speed, u.held),
+        floats(u.held_gain, u.held),
+        bools(u.held_in_space, u.held),
+        u.since,
     )
     near = Near(ints(u.near, m), ints(u.near_number, 1), floats(u.near_x, 3 * n), u.reach)
     dashpots = Dashpots(ints(u.dashpots, m), floats(u.dashpot_q, m))
-    return Net(floats(u.mass, n), cords, drags, push, held, near, dashpots, floats(u.forces, 3 * n))
+    return Net(
+        floats(u.mass, n), cords, drags, push, held, near, dashpots, floats(u.forces, 3 * n), u.further
+    )
 
 
 @njit(cache=True)

@@ -13,8 +13,12 @@ from numba import njit
 from netdae._arrays import BoolArray, FloatArray, IntArray
 from netdae.block_ldl import _numeric, _solve, _symbolic
 from netdae.forces.cables import law_of
+from netdae.ida_further import links_at
+from netdae.ida_further_calls import add_further_blocks, add_further_products, complete, factor_further
 from netdae.ida_kernel import OPTIONS, Net, look, parts_of
 from netdae.kernel_cables import drag
+
+SINGULAR_DYADS = -2  # what `factor` tells
 
 
 class Matrix(NamedTuple):
@@ -58,7 +62,7 @@ class Matrix(NamedTuple):
 
 
 @njit(**OPTIONS)
-def assemble(y: FloatArray, cj: float, net: Net, matrix: Matrix) -> None:
+def assemble(t: float, y: FloatArray, cj: float, net: Net, matrix: Matrix) -> None:
     """K at y, with symmetric parts only, and the taut cables noted for the solves."""
     n3 = 3 * len(net.mass)
     x, v, cords, K, place = y[:n3], y[n3:], net.cords, matrix.K, matrix.place
@@ -75,6 +79,8 @@ def assemble(y: FloatArray, cj: float, net: Net, matrix: Matrix) -> None:
             K[matrix.beside[matrix.taut[k]]] = 0.0
         for k in range(matrix.counts[1]):
             place[matrix.members[k]] = -1
+        if net.further != 0:
+            _join_linked(cj, net, matrix)
     count, free, masked = 0, matrix.free, len(matrix.free) > 0
     for p in range(look(x, cords, net.near)):
         e = net.near.cables[p]
@@ -118,6 +124,8 @@ def assemble(y: FloatArray, cj: float, net: Net, matrix: Matrix) -> None:
                     B[r, s] += k
                     C[r, s] -= k
     matrix.counts[0] = count
+    if net.further != 0:
+        add_further_blocks(net.further, t, cj, x, v, free, matrix.diagonal, K)
     if not whole:
         _find_graph(net, matrix)
 
@@ -133,8 +141,23 @@ def _add_mass(cj: float, node: int, net: Net, matrix: Matrix) -> None:
 
 
 @njit(**OPTIONS)
+def _join_linked(cj: float, net: Net, matrix: Matrix) -> None:
+    """Nodes of reels and cords through rings are members always; their blocks begin anew."""
+    links = links_at(net.further)
+    for b in links.block:
+        matrix.K[b] = 0.0
+    for node in links.nodes:
+        matrix.place[node] = 0
+        matrix.K[matrix.diagonal[node]] = 0.0
+        _add_mass(cj, node, net, matrix)
+
+
+@njit(**OPTIONS)
 def _find_graph(net: Net, matrix: Matrix) -> None:
-    """The members, which have place ≥ 0, in the order of elimination, and the blocks of the taut cables by columns."""
+    """The members, which have place ≥ 0, in the order of elimination, and the blocks beside the diagonal by columns.
+
+    Two cables between the same nodes put the same block there twice, which does no harm.
+    """
     place, start, ends = matrix.place, matrix.column_start, net.cords.ends
     size, count = 0, matrix.counts[0]
     for k in range(len(place)):
@@ -147,26 +170,39 @@ def _find_graph(net: Net, matrix: Matrix) -> None:
     for q in range(count):
         e = matrix.taut[q]
         start[max(place[ends[e, 0] // 3], place[ends[e, 1] // 3]) + 1] += 1
+    if net.further != 0:
+        links = links_at(net.further)
+        for q in range(len(links.block)):
+            start[max(place[links.low[q]], place[links.high[q]]) + 1] += 1
+        count += len(links.block)
     for k in range(size):
         start[k + 1] += start[k]
         matrix.flag[k] = start[k]
-    for q in range(
-        count
-    ):  # two cables between the same nodes put the same block there twice, which does no harm
+    for q in range(matrix.counts[0]):
         e = matrix.taut[q]
         i, j = ends[e, 0] // 3, ends[e, 1] // 3
-        low, high = min(i, j), max(i, j)
-        column = max(place[i], place[j])
-        at = matrix.flag[column]
-        matrix.flag[column] += 1
-        matrix.row[at], matrix.source[at] = min(place[i], place[j]), matrix.beside[e]
-        matrix.flipped[at] = place[low] > place[high]
+        _put_block(matrix, min(i, j), max(i, j), matrix.beside[e])
+    if net.further != 0:
+        links = links_at(net.further)
+        for q in range(len(links.block)):
+            _put_block(matrix, links.low[q], links.high[q], links.block[q])
     matrix.counts[1], matrix.counts[2] = size, count
 
 
 @njit(**OPTIONS)
-def factor(matrix: Matrix) -> int:
-    """LDLᵀ of K; the node of a singular pivot, or −1."""
+def _put_block(matrix: Matrix, low: int, high: int, block: int) -> None:
+    """The block of two nodes into its column, which has flag entries already."""
+    first, second = matrix.place[low], matrix.place[high]
+    column = max(first, second)
+    at = matrix.flag[column]
+    matrix.flag[column] += 1
+    matrix.row[at], matrix.source[at] = min(first, second), block
+    matrix.flipped[at] = first > second
+
+
+@njit(**OPTIONS)
+def factor(cj: float, net: Net, matrix: Matrix) -> int:
+    """LDLᵀ of K, and its dyads; the node of a singular pivot, −2 where the dyads are singular, or −1."""
     size, blocks = matrix.counts[1], matrix.counts[2]
     start, row, source = matrix.column_start[: size + 1], matrix.row[:blocks], matrix.source[:blocks]
     present, parent, L_start = matrix.present[:blocks], matrix.parent[:size], matrix.L_start[: size + 1]
@@ -191,7 +227,13 @@ def factor(matrix: Matrix) -> int:
         matrix.stack,
         matrix.Y,
     )
-    return -1 if singular < 0 else matrix.members[singular]
+    if singular >= 0:
+        return matrix.members[singular]
+    if net.further != 0:
+        ldl = matrix.members[:size], matrix.L_start, matrix.L_row, matrix.L, matrix.pivots
+        if not factor_further(net.further, cj, matrix.free, *ldl):
+            return SINGULAR_DYADS
+    return -1
 
 
 @njit(**OPTIONS)
@@ -220,6 +262,8 @@ def solve(r: FloatArray, cj: float, cj_now: float, net: Net, matrix: Matrix, z: 
         drag(r1, net.drags, net.f)
         for k in range(n3):
             right[k] -= net.f[k]
+    if net.further != 0:
+        add_further_products(net.further, r1, right)
     for c in range(len(held.entry)):
         right[held.entry[c]] = 0.0
     size, scale = matrix.counts[1], 2.0 / (1.0 + cj_now / cj)
@@ -235,6 +279,8 @@ def solve(r: FloatArray, cj: float, cj_now: float, net: Net, matrix: Matrix, z: 
         matrix.right_by_node,
         matrix.y,
     )
+    if net.further != 0:
+        complete(net.further, matrix.members[:size], right)
     for p in range(size):
         k = 3 * matrix.members[p]
         z[k], z[k + 1], z[k + 2] = scale * right[k], scale * right[k + 1], scale * right[k + 2]

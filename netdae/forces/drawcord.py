@@ -55,16 +55,16 @@ def _strain_and_rate(way: Way, L: float, share: float, s_rate: float) -> tuple[f
 
 
 @njit(cache=True)
-def _forces(
+def sliding_forces(
     x: FloatArray, v: FloatArray, L: float, cord: Cord, f: FloatArray, tension: FloatArray
-) -> tuple[float, float]:
-    """f (k + 1, 3) and N_i (p,); the stored energy and the dissipated power."""
+) -> tuple[float, float, float, float]:
+    """f (k + 1, 3) and N_i (p,); stored energy, dissipated power, N without dashpot and friction, and E11."""
     k, p = len(x) - 1, len(tension)
     way = way_through(x, v, p, cord.size)
     E11, rate = _strain_and_rate(way, L, cord.share, v[k, 0])
     f[:], tension[:] = 0.0, 0.0
     if E11 < 0.0:
-        return 0.0, 0.0
+        return 0.0, 0.0, 0.0, E11
     c = sliding_speeds(way, L, v[k, 0], cord)
     nu = tension_shares(way, c, cord)
     g, dg, _, energy = law_of(E11, cord.eps, cord.engineering)
@@ -80,11 +80,11 @@ def _forces(
             f[(i + 1) % k, a] -= tension[i] * way.u[i, a]
     at_drum = cord.theta * nu[0] + (1.0 - cord.theta) * nu[p - 1]
     f[k, 0] = cord.share * cord.EA * (S * (1.0 + 2.0 * E11) * at_drum - energy)
-    return cord.EA * L * energy, dissipated
+    return cord.EA * L * energy, dissipated, cord.EA * g * way.length / L, E11
 
 
 @njit(cache=True)
-def _tangents(
+def sliding_tangents(
     x: FloatArray,
     v: FloatArray,
     L: float,
@@ -124,7 +124,10 @@ def _tangents(
         drum_x += first * by_x[0] + second * by_x[p - 1]
         drum_v += first * by_v[0] + second * by_v[p - 1]
         for i in range(p):
-            by_x[i], by_v[i] = nu[i] * (N_x + N * by_x[i]), nu[i] * (N_v + N * by_v[i])
+            for n in range(k + 1):
+                for a in range(3):
+                    by_x[i, n, a] = nu[i] * (N_x[n, a] + N * by_x[i, n, a])
+                    by_v[i, n, a] = nu[i] * (N_v[n, a] + N * by_v[i, n, a])
     else:
         by_x[0], by_v[0] = N_x, N_v
     pull = share * cord.EA
@@ -198,7 +201,7 @@ class SlidingCord:
                 f"at t = {t:g} s the cord through node {self.nodes[0, 0]} has the rest length {L:g} m, wound in by the "
                 f"reel at node {self.nodes[0, -1]}: stop the reel before, at a length above zero"
             )
-        return Account(*self._at(x, v)[2])
+        return Account(*self._at(x, v)[2][:2])
 
     def tangent(self, t: float, x: FloatArray, v: FloatArray) -> Tangent:
         """∂f/∂x and ∂f/∂v, whole: for checks and products."""
@@ -218,11 +221,13 @@ class SlidingCord:
         p, k = self.segment_count, self.nodes.shape[1] - 1
         rank = p + 1 if self.cord.friction > 0 else 2
         chain, (left, by_x, by_v) = np.empty((p, 2, 3, 2, 3)), np.empty((3, rank, k + 1, 3))
-        if not _tangents(x[0], v[0], self.rest_length(x), self.cord, chain, left, by_x, by_v):
+        if not sliding_tangents(x[0], v[0], self.rest_length(x), self.cord, chain, left, by_x, by_v):
             return LinkedTangent(chain[:0], chain[:0], left[:0], by_x[:0], by_v[:0])
         return LinkedTangent(chain, np.zeros_like(chain), left, by_x, by_v)
 
-    def _at(self, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray, tuple[float, float]]:
-        """f, N_i, stored energy and dissipated power."""
+    def _at(
+        self, x: FloatArray, v: FloatArray
+    ) -> tuple[FloatArray, FloatArray, tuple[float, float, float, float]]:
+        """f, N_i, and what `sliding_forces` tells."""
         f, tension = np.empty_like(x), np.empty(self.segment_count)
-        return f, tension, _forces(x[0], v[0], self.rest_length(x), self.cord, f[0], tension)
+        return f, tension, sliding_forces(x[0], v[0], self.rest_length(x), self.cord, f[0], tension)

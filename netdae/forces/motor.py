@@ -15,9 +15,37 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 
 from netdae._arrays import FloatArray, IntArray
 from netdae.forces.protocol import Account, NewtonPart, Tangent
+
+
+@njit(cache=True)
+def motor_of(
+    rate: float, strength: float, speed: float, width: float, creep_speed: float
+) -> tuple[float, float, float]:
+    """Forces of motor and pawl at ṡ, N, and the derivative of their sum by ṡ."""
+    u, back = (speed - rate) / width, max(-rate / creep_speed, 0.0)
+    w = 1.0 / np.sqrt(1.0 + u * u)
+    slope = w * w * w / width + back * (2.0 + back) / ((1.0 + back) * (1.0 + back)) / creep_speed
+    return strength * u * w, strength * back * back / (1.0 + back), -strength * slope
+
+
+@njit(cache=True)
+def _motors(
+    v: FloatArray,
+    strength: FloatArray,
+    speed: FloatArray,
+    width: FloatArray,
+    creep_speed: FloatArray,
+    parts: FloatArray,
+) -> None:
+    """Motor, pawl and slope of all, into parts (3, m)."""
+    for e in range(len(v)):
+        parts[0, e], parts[1, e], parts[2, e] = motor_of(
+            v[e, 0, 0], strength[e], speed[e], width[e], creep_speed[e]
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,29 +67,26 @@ class Motor:
     kinks: tuple[float, ...] = ()
     external: bool = False
 
-    def _parts(self, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Forces of motor and pawl, (m,), N."""
-        u = (self.speed - v[:, 0, 0]) / self.width
-        back = np.maximum(-v[:, 0, 0] / self.creep_speed, 0.0)
-        return self.strength * u / np.sqrt(1 + u * u), self.strength * back * back / (1 + back)
+    def _parts(self, v: FloatArray) -> FloatArray:
+        """Forces of motor and pawl in N, and the derivative of their sum by ṡ, (3, m)."""
+        parts = np.empty((3, len(v)))
+        _motors(v, self.strength, self.speed, self.width, self.creep_speed, parts)
+        return parts
 
     def force(self, t: float, x: FloatArray, v: FloatArray) -> FloatArray:
         """Along x of each reel node, (m, 1, 3), N."""
         f = np.zeros_like(x)
-        f[:, 0, 0] = np.sum(self._parts(v), axis=0)
+        f[:, 0, 0] = self._parts(v)[:2].sum(axis=0)
         return f
 
     def tangent(self, t: float, x: FloatArray, v: FloatArray) -> Tangent:
         """Zero and −F (γ′/v₀ + P′/v₁)."""
-        u = (self.speed - v[:, 0, 0]) / self.width
-        back = np.maximum(-v[:, 0, 0] / self.creep_speed, 0.0)
-        C = np.zeros((len(u), 1, 3, 1, 3))
-        slope = (1 + u * u) ** -1.5 / self.width + back * (2 + back) / (1 + back) ** 2 / self.creep_speed
-        C[:, 0, 0, 0, 0] = -self.strength * slope
+        C = np.zeros((len(v), 1, 3, 1, 3))
+        C[:, 0, 0, 0, 0] = self._parts(v)[2]
         return Tangent.of_all(np.zeros_like(C), C)
 
     def account(self, t: float, x: FloatArray, v: FloatArray) -> Account:
         """The pawl's dissipated power, and the motor's from outside."""
-        motor, pawl = self._parts(v)
+        motor, pawl, _ = self._parts(v)
         rate = v[:, 0, 0]
         return Account(dissipated_power=-float(pawl @ rate), external_power=float(motor @ rate))

@@ -89,7 +89,7 @@ def reeled_forces(
 
 
 @njit(cache=True)
-def _tangents(
+def reeled_tangents(
     x: FloatArray,
     v: FloatArray,
     taut: IntArray,
@@ -102,6 +102,7 @@ def _tangents(
     K: FloatArray,
     C: FloatArray,
 ) -> None:
+    """∂f/∂x and ∂f/∂v of the cables `taut` (a,) into K and C, (a, 3, 3, 3, 3)."""
     K[:], C[:] = 0.0, 0.0
     for k in range(len(taut)):
         e = taut[k]
@@ -139,7 +140,7 @@ def _tangents(
 
 
 @njit(cache=True)
-def _account(
+def reeled_powers(
     x: FloatArray,
     v: FloatArray,
     L: FloatArray,
@@ -149,6 +150,7 @@ def _account(
     engineering: BoolArray,
     tau: FloatArray,
 ) -> tuple[float, float]:
+    """U of all cables and the power that their dashpots take, EĀ L̄ (S − g) Ė11."""
     stored = dissipated = 0.0
     for e in range(len(L)):
         E11, rate = _strain_and_rate(x[e], v[e], L[e], share[e])
@@ -216,12 +218,12 @@ class Reeled:
         L = self._tried(x)
         taut = np.flatnonzero(np.sum((x[:, 1] - x[:, 0]) ** 2, axis=1) >= L * L)
         K, C = np.empty((2, len(taut), 3, 3, 3, 3))
-        _tangents(x, v, taut, L, *self._cords, K, C)
+        reeled_tangents(x, v, taut, L, *self._cords, K, C)
         return Tangent(taut, K, C)
 
     def account(self, t: float, x: FloatArray, v: FloatArray) -> Account:
         """U, and the dashpot's power EĀ L̄ (S − g) Ė11."""
-        return Account(*_account(x, v, self.rest_length(t, x), *self._cords))
+        return Account(*reeled_powers(x, v, self.rest_length(t, x), *self._cords))
 
     @property
     def _cords(self) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray, FloatArray]:
