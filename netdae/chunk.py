@@ -14,11 +14,16 @@ from netdae.verlet import Tally
 
 @dataclass(frozen=True, eq=False)
 class Chunk:
-    """Begin t, step length h, and x, v after the first kick, and a of the kernel's forces alone, (3, 3n)."""
+    """Begin t, step length h, and x, v after the first kick, and a of the kernel's forces alone, (3, 3n).
+
+    powers : (2,), W, of the step before; fresh : whether the flight began there
+    """
 
     t: float
     h: float
     xva: FloatArray
+    powers: FloatArray
+    fresh: bool = False
 
 
 def step_of(t: float, xva: FloatArray, share: Share) -> Step:

@@ -1,8 +1,8 @@
 """The explicit method: velocity Verlet in chunks of steps, with a step length that is known to be stable.
 
-The step is the stable one of `stable_step` for a strain limit above all strains so far, and for rest lengths on reels
-below those there are. A step that passes either ends its chunk, and the limit is set anew. Forces that the kernel does
-not know act between the chunks, see `kicks`.
+The step is the stable one of `stable_step` for limits of strain and of the rate of friction above those so far, and for
+rest lengths on reels below those there are. A step that passes one ends its chunk, and the limits are set anew. Forces
+that the kernel does not know act between the chunks, see `kicks`.
 """
 
 from __future__ import annotations
@@ -32,6 +32,7 @@ CHUNK = 128  # steps between two looks: 2 to 3 ms of a 21 x 21 net
 TOLD = 500_000  # numbers of x, v and a that are kept at once where every step is told
 FRACTIONS = {"fast": 0.9, "standard": 0.5, "accurate": 0.2}
 """Share of the stable step length that each accuracy takes; `scripts/accuracy.py` measures what each keeps."""
+LEAST_RATE = 100.0  # 1/s, of friction at rings: no step of a net comes near it
 UNBOUND = 1e-3  # s, where nothing that moves bounds the step
 UNSTABLE = 0.1  # gain of energy, as a share of the largest, that no stable flight has
 
@@ -52,12 +53,14 @@ class ExplicitSolver:
         self._kicks = Kicks(self._kernel.forces.others, system, options.accuracy)
         self._has_toe = bool((system.cables.eps > 0).any())
         self._now = np.zeros((3, 3 * system.net.node_count))  # x, v, and a without that of kicks
-        self._chunk = Chunk(0.0, 0.0, self._now)
+        self._powers = np.zeros(2)  # W, of the last step: lost, and given by motors
+        self._chunk = Chunk(0.0, 0.0, self._now, self._powers)
         self._done = 0  # steps of it
         self._slow: Slow | None = None
         self._steps: list[Step] = []  # told of the last chunk, with shares from its begin
         self._t = 0.0
-        self._strain_limit = 0.0
+        self._fresh = True  # no step has been taken in the phase
+        self._strain_limit = self._rate_limit = 0.0
         self._lengths = np.zeros(0)
         self._stable = 0.0
         self._peak = 0.0
@@ -69,7 +72,7 @@ class ExplicitSolver:
 
     def enter(self, phase: System, t: float, y: FloatArray, yp: FloatArray) -> None:
         """Start afresh at t in a phase."""
-        self._phase, self._t = phase, t
+        self._phase, self._t, self._fresh = phase, t, True
         self._kernel.look_at_anchors()
         self._now = np.stack((y[0].ravel(), y[1].ravel(), yp[1].ravel()))
         if self._kicks:
@@ -77,7 +80,7 @@ class ExplicitSolver:
         self._energy = self._energy_now()
         self._scale = abs(self._energy)
         self._gained = 0.0
-        self._limit_strain(float(self._system.strain(y[0]).max()))
+        self._limit(float(self._system.strain(y[0]).max()), 0.0)
         self.counts["starts"] += 1
 
     def go_on(self, part: System) -> None:
@@ -96,7 +99,7 @@ class ExplicitSolver:
         h = remaining / count if last else stable
         if self._kicks:
             self._kicks.open(*self._places(), count * h)
-        self._chunk = Chunk(self._t, h, self._now.copy())
+        self._chunk = Chunk(self._t, h, self._now.copy(), self._powers.copy(), self._fresh)
         told = None
         if self.every_step:
             told = self._rows(count)
@@ -104,10 +107,13 @@ class ExplicitSolver:
             self._phase,
             (self._t, h, self._now),
             steps=count,
-            strain_limit=self._strain_limit,
+            limits=(self._strain_limit, self._rate_limit),
             least_length=WOUND_IN * self._lengths if len(self._lengths) else None,
+            fresh=self._fresh,
+            powers=self._powers,
             told=told,
         )
+        self._fresh = False
         self._done = tally.steps
         whole = last and tally.steps == count
         self._t = stop if whole else self._chunk.t + tally.steps * h
@@ -124,9 +130,11 @@ class ExplicitSolver:
         self._steps = [*inner, self._end_of(tally)]
         self._peak = max(self._peak, tally.peak)
         self.counts["steps"] += tally.steps
+        if tally.steps < count:
+            reeled_lengths(self._system, self._places()[0], t=self._t)  # tells which is wound in whole
         self._check_energy(self._steps[-1].share)
-        if tally.steps < count or self._wasteful(tally.strain):
-            self._limit_strain(tally.strain)
+        if tally.steps < count or self._wasteful(tally.strain, tally.rate):
+            self._limit(tally.strain, tally.rate)
         self.seconds["steps"] += perf_counter() - begin
         return [self._steps[0], *(after(step, former.share) for former, step in pairwise(self._steps))]
 
@@ -150,22 +158,25 @@ class ExplicitSolver:
             self._energy,
             self._scale,
             self._gained,
+            self._rate_limit,
         )
         own = {
             "v": self._now[1].copy(),
             "a": self._now[2].copy(),
             "lengths": self._lengths,
             "numbers": np.array(numbers),
+            "powers": self._powers.copy(),
+            "fresh": np.array(float(self._fresh)),
         }
         return {**own, **(self._kicks.memory() if self._kicks else {})}
 
     def restore(self, memory: Mapping[str, FloatArray]) -> None:
         """Go on as the integrator that told this memory."""
         self._now[1], self._now[2], self._lengths = memory["v"], memory["a"], memory["lengths"].copy()
+        self._fresh, self._powers = bool(memory["fresh"]), memory["powers"].copy()
         numbers = memory["numbers"].tolist()
-        self._t, self._strain_limit, self._stable, self._peak, self._energy, self._scale, self._gained = (
-            numbers
-        )
+        self._t, self._strain_limit, self._stable, self._peak = numbers[:4]
+        self._energy, self._scale, self._gained, self._rate_limit = numbers[4:]
         if self._kicks:
             self._kicks.restore(memory)
 
@@ -188,7 +199,8 @@ class ExplicitSolver:
         """The step of that number in the last chunk and the one before it, or the chunk's begin."""
         states, sums = told = self._rows(min(count, 2))
         start = self._chunk.t, self._chunk.h, self._chunk.xva.copy()
-        self._kernel.fly(self._phase, start, steps=count, told=told)
+        fresh, powers = self._chunk.fresh, self._chunk.powers.copy()
+        self._kernel.fly(self._phase, start, steps=count, fresh=fresh, powers=powers, told=told)
         last = self._inner(count, states[-1], share_told(sums[-1], 9))
         if count == 1:
             return self._inner(0, self._chunk.xva, NOTHING), last
@@ -209,18 +221,24 @@ class ExplicitSolver:
 
     # The step length
 
-    def _limit_strain(self, strain: float) -> None:
-        """Set the strain limit well above `strain`, a power of two, and the step length that is stable below it."""
+    def _limit(self, strain: float, rate: float) -> None:
+        """Set limits well above strain and rate of friction, by powers of two, and the step that is stable below."""
         floor = 0.25 * float(self._system.cables.eps.max()) or 1e-2
         limit = floor * 2.0 ** max(0, math.ceil(math.log2(max(2.0 * strain, floor) / floor)))
+        rubbing = LEAST_RATE * 2.0 ** (
+            0.5 * math.ceil(2 * math.log2(max(1.4 * rate, LEAST_RATE) / LEAST_RATE))
+        )
         lengths = reeled_lengths(self._system, self._places()[0])
-        if limit != self._strain_limit or not np.array_equal(lengths, self._lengths):
-            self._strain_limit, self._lengths = limit, lengths
-            self._stable = self._step_length(limit)
+        former = self._strain_limit, self._rate_limit
+        if (limit, rubbing) != former or not np.array_equal(lengths, self._lengths):
+            self._strain_limit, self._rate_limit, self._lengths = limit, rubbing, lengths
+            self._stable = self._step_length(limit, rubbing if self._kernel.forces.rubs else 0.0)
             self.counts["step_lengths"] += 1
 
-    def _wasteful(self, strain: float) -> bool:
+    def _wasteful(self, strain: float, rate: float) -> bool:
         """Whether the limits lie far from what is needed."""
+        if self._rate_limit > 8.0 * max(rate, LEAST_RATE):
+            return True
         if self._has_toe and self._strain_limit > 16.0 * max(strain, 0.0):
             return True
         if not len(self._lengths):
@@ -228,10 +246,10 @@ class ExplicitSolver:
         now = reeled_lengths(self._system, self._places()[0]) / self._lengths
         return bool(now.min() < 0.5 * (1 + WOUND_IN) or now.min() > 2.0)
 
-    def _step_length(self, strain: float) -> float:
-        """The stable step while no strain passes `strain`, times the share that the accuracy takes."""
+    def _step_length(self, strain: float, rate: float) -> float:
+        """The stable step while strain and rate of friction stay below these, times the accuracy's share."""
         x, _ = self._places()
-        stable = FRACTIONS[self._options.accuracy] * stable_step(self._system, strain, x=x)
+        stable = FRACTIONS[self._options.accuracy] * stable_step(self._system, strain, rate=rate, x=x)
         longest = self._options.max_step or math.inf
         return min(stable, longest) if math.isfinite(min(stable, longest)) else UNBOUND
 
@@ -245,7 +263,7 @@ class ExplicitSolver:
         """Raise RunError where energy has come out of nothing, as it does in a step that is too long."""
         assert share is not None
         energy = self._energy_now()
-        self._gained += share.external_work - share.dissipated_energy
+        self._gained += share.external_work - max(share.dissipated_energy, 0.0)  # no damper gives
         self._scale = max(self._scale, energy, abs(self._gained))
         excess = energy - self._energy - self._gained
         if not excess <= UNSTABLE * self._scale:

@@ -8,6 +8,7 @@ import numpy as np
 
 from netdae._arrays import FloatArray
 from netdae.kernel_forces import KernelForces
+from netdae.kernel_rayleigh import ImplicitDamping
 from netdae.motions import Fixed
 from netdae.restraints import Drive
 from netdae.signals import Constant
@@ -23,13 +24,14 @@ class Kernel:
 
     def __init__(self, system: System, drive: Drive, longest: int) -> None:
         self.forces = KernelForces.of(system)
-        self._unlimited = self.forces.down_to(np.zeros_like(self.forces.reels.L))
+        self._unlimited = self.forces.down_to(np.zeros(self.forces.reeled_count))
         mass = np.repeat(system.mass, 3)
         self._drive = drive
         self.look_at_anchors()
         self.entries = self._held.entry
         share = np.divide(1.0, mass, out=np.zeros_like(mass), where=mass > 0)
         share[self.entries] = 0.0
+        self._damping = ImplicitDamping(self.forces.drags, mass, self.entries)
         self._bodies = Bodies(mass, share, system.in_space.copy())
         self._signals, self._motions = self.forces.signals, [r.motion for r in drive.restraints]
         self._constant = all(isinstance(each, Constant) for each in self._signals)
@@ -49,15 +51,19 @@ class Kernel:
         start: tuple[float, float, FloatArray],
         *,
         steps: int,
-        strain_limit: float = math.inf,
+        limits: tuple[float, float] = (math.inf, math.inf),
         least_length: FloatArray | None = None,
+        fresh: bool = False,
+        powers: FloatArray | None = None,
         told: tuple[FloatArray, FloatArray] | None = None,
     ) -> Tally:
         """Take steps, at most as many as the `longest` chunk has.
 
         start : t, h, and x, v, a as (3, 3n), which go on to the end
-        strain_limit, least_length : where a strain passes the one or the rest length of a reeled cable falls below
-            the other, (m,), m, the steps end
+        limits, least_length : where a strain or the rate of friction in 1/s passes the one or the rest length of a
+            reeled cable falls below the other, (m,), m, the steps end
+        fresh : whether the flight begins here
+        powers : (2,), of the step before, which go on to the end, see `verlet.fly`
         told : what each step is told in, see `verlet.fly`
         """
         t, h, (x, v, a) = start
@@ -72,7 +78,10 @@ class Kernel:
         if told is None:
             told = self._nothing_told
         forces = self._unlimited if least_length is None else self.forces.down_to(least_length)
-        return fly(x, v, a, self._bodies, forces, self._held, signals, motions, h, steps, strain_limit, told)
+        solver = self._damping.at(h)
+        bound = self._bodies, forces, self._held, solver
+        before = np.zeros(2) if powers is None else powers
+        return fly(x, v, a, *bound, signals, motions, h, steps, limits, fresh, before, told)
 
 
 def _held_of(drive: Drive) -> Held:

@@ -117,7 +117,7 @@ def add_pulls(
 
 
 @njit(cache=True, fastmath=FAST)
-def dashpot_loss(
+def dashpot_power(
     x: FloatArray,
     v: FloatArray,
     share: FloatArray,
@@ -127,7 +127,7 @@ def dashpot_loss(
     count: int,
     dashpots: Dashpots,
 ) -> float:
-    """Energy in J that the first `count` dashpots take in a step."""
+    """Power in W that the first `count` dashpots take in a step."""
     lost = 0.0
     for k in range(count):
         i, j = cords.ends[dashpots.cables[k], 0], cords.ends[dashpots.cables[k], 1]
@@ -135,7 +135,7 @@ def dashpot_loss(
         for c in range(3):
             w = v[j + c] - v[i + c] + 0.5 * h * (share[j + c] * f[j + c] - share[i + c] * f[i + c])
             rate += (x[j + c] - x[i + c]) * w
-        lost += h * dashpots.q[k] * rate
+        lost += dashpots.q[k] * rate
     return lost
 
 

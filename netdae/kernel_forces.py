@@ -9,15 +9,20 @@ import numpy as np
 from netdae._arrays import BoolArray, FloatArray, IntArray
 from netdae.forces.brake import Brake, EndStop
 from netdae.forces.cables import Cables
+from netdae.forces.drawcord import SlidingCord
 from netdae.forces.loads import UniformLoad
+from netdae.forces.motor import Motor
 from netdae.forces.protocol import Force
 from netdae.forces.rayleigh import MassDamping, StiffnessDamping
 from netdae.forces.reel import Reeled
 from netdae.kernel_cables import Cords, Drags
+from netdae.kernel_cordage import Cordage
+from netdae.kernel_loads import Pushes
 from netdae.kernel_reels import Brakes, Drums, Reels, Stops
+from netdae.kernel_strings import motors_of, strings_of
 from netdae.signals import Signal
 from netdae.system import System
-from netdae.verlet import Forces, Pushes
+from netdae.verlet import Forces
 
 
 class KernelForces(NamedTuple):
@@ -31,6 +36,7 @@ class KernelForces(NamedTuple):
     pushes: Pushes
     reels: Reels
     drums: Drums
+    cordage: Cordage
     signals: tuple[Signal, ...]
     others: tuple[Force, ...]
 
@@ -38,7 +44,7 @@ class KernelForces(NamedTuple):
     def of(cls, system: System) -> KernelForces:
         """The forces of a system."""
         drags = Drags(np.zeros((0, 2), dtype=np.int64), np.zeros((0, 6)), np.zeros(0))
-        loads, reeled, brakes, stops, others = [], [], [], [], []
+        loads, reeled, brakes, stops, motors, slid, others = [], [], [], [], [], [], []
         for force in system.forces:
             match force:
                 case Cables():
@@ -56,6 +62,10 @@ class KernelForces(NamedTuple):
                     brakes.append(force)
                 case EndStop():
                     stops.append(force)
+                case Motor():
+                    motors.append(force)
+                case SlidingCord():
+                    slid.append(force)
                 case _:
                     others.append(force)
         return cls(
@@ -63,14 +73,30 @@ class KernelForces(NamedTuple):
             drags,
             _pushes_of(loads, system.in_space),
             _reels_of(reeled),
-            _drums_of(brakes, stops),
+            _drums_of(brakes, stops, motors),
+            _cordage_of(slid),
             tuple(load.signal for load in loads),
             tuple(others),
         )
 
     def down_to(self, least: FloatArray) -> Forces:
-        """What the kernel takes; it ends where a rest length on a reel falls below `least` (m,), m."""
-        return Forces(self.cords, self.drags, self.pushes, self.reels._replace(least=least), self.drums)
+        """What the kernel takes; it ends where a rest length on a reel falls below `least` (m,), m.
+
+        least : of single cables, then of whole cords, as `stable_step.reeled_lengths` tells them
+        """
+        of_cables, of_cords = np.split(least, [len(self.reels.L)])
+        reels, cordage = self.reels._replace(least=of_cables), self.cordage._replace(least=of_cords)
+        return Forces(self.cords, self.drags, self.pushes, reels, self.drums, cordage)
+
+    @property
+    def rubs(self) -> bool:
+        """Whether a cord rubs at its rings."""
+        return bool((self.cordage.strings.friction > 0).any())
+
+    @property
+    def reeled_count(self) -> int:
+        """How many rest lengths there are on reels."""
+        return len(self.reels.L) + len(self.cordage.least)
 
 
 def _cords_of(cables: Cables) -> Cords:
@@ -113,7 +139,7 @@ def _reels_of(reeled: list[Reeled]) -> Reels:
     )
 
 
-def _drums_of(brakes: list[Brake], stops: list[EndStop]) -> Drums:
+def _drums_of(brakes: list[Brake], stops: list[EndStop], motors: list[Motor]) -> Drums:
     of_brakes = Brakes(
         _entries([each.nodes[:, 0] for each in brakes]),
         _floats([each.friction for each in brakes]),
@@ -128,7 +154,15 @@ def _drums_of(brakes: list[Brake], stops: list[EndStop]) -> Drums:
         _floats([each.stiffness for each in stops]),
         _floats([each.viscosity for each in stops]),
     )
-    return Drums(np.unique(np.concatenate((of_brakes.entry, of_stops.entry))), of_brakes, of_stops)
+    of_motors = motors_of(motors)
+    entry = np.unique(np.concatenate((of_brakes.entry, of_stops.entry, of_motors.entry)))
+    return Drums(entry, of_brakes, of_stops, of_motors)
+
+
+def _cordage_of(cords: list[SlidingCord]) -> Cordage:
+    strings = strings_of(cords)
+    none = np.zeros_like(strings.tau)
+    return Cordage(strings, strings._replace(tau=none, friction=none), none.copy())
 
 
 # always fresh arrays of one layout, so that the kernel is compiled once

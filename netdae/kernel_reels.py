@@ -1,14 +1,16 @@
-"""Reels for the kernel of `verlet`: cables whose rest length moves, and what holds their drums.
+"""Reels for the kernel of `verlet`: cables whose rest length moves, and what holds or turns their drums.
 
-A brake is far too stiff for an explicit step: F_b/(v₀ J/R²) is 5e4 1/s for 5 N, 1 mm/s and 0.1 kg. Hence the force g
-that holds a drum, of its brakes and stops, is taken at the velocity after the kick,
+A brake is far too stiff for an explicit step: F_b/(v₀ J/R²) is 5e4 1/s for 5 N, 1 mm/s and 0.1 kg; so are a motor's
+controller and pawl. Hence the force g on a drum, of its brakes, stops and motors, is taken at the velocity after the
+kick,
 
     v⁺ = v + h (f + g(s, v⁺))/m,
 
 one equation for each drum, whose left side less its right one rises with v⁺ by 1 at least: it has one solution,
 found by Newton's method between bounds. A brake then holds at any step length, and costs no order while it slides.
+A motor's work comes from outside, all else that g does is stored in stops or lost.
 
-Symbols as in `forces.reel` and `forces.brake`.
+Symbols as in `forces.reel`, `forces.brake` and `forces.motor`.
 """
 
 from __future__ import annotations
@@ -21,7 +23,9 @@ from numba import njit
 from netdae._arrays import BoolArray, FloatArray, IntArray
 from netdae.forces.brake import friction_of
 from netdae.forces.cables import law_of, strain_of
+from netdae.forces.motor import motor_of
 from netdae.forces.reel import reeled_forces
+from netdae.kernel_strings import Motors
 
 ITERATIONS = 60  # bisection alone is at round-off by then
 
@@ -72,11 +76,12 @@ class Stops(NamedTuple):
 
 
 class Drums(NamedTuple):
-    """Drums that something holds."""
+    """Drums that something holds or turns."""
 
     entry: IntArray  # (d,)
     brakes: Brakes
     stops: Stops
+    motors: Motors
 
 
 @njit(cache=True)
@@ -119,24 +124,24 @@ def add_reeled_pulls(
 
 
 @njit(cache=True)
-def reeled_loss(
+def reeled_power(
     v: FloatArray, share: FloatArray, f: FloatArray, h: float, reels: Reels, local: Local
 ) -> float:
-    """Energy in J that the dashpots of reeled cables take in a step."""
+    """Power in W that the dashpots of reeled cables take in a step."""
     lost = 0.0
     for e in range(len(reels.L)):
         for k in range(3):
             for c in range(3):
                 i = reels.ends[e, k] + c
-                lost -= h * local.viscous[e, k, c] * (v[i] + 0.5 * h * share[i] * f[i])
+                lost -= local.viscous[e, k, c] * (v[i] + 0.5 * h * share[i] * f[i])
     return lost
 
 
 @njit(cache=True)
-def _held_by(drums: Drums, entry: int, s: float, v: float) -> tuple[float, float, float]:
-    """g in N on one drum, ∂g/∂v, and that part of g which takes energy."""
-    g = slope = taking = 0.0
-    brakes, stops = drums.brakes, drums.stops
+def _held_by(drums: Drums, entry: int, s: float, v: float) -> tuple[float, float, float, float]:
+    """g in N on one drum, ∂g/∂v, and those parts of g which take energy and which bring it from outside."""
+    g = slope = taking = giving = 0.0
+    brakes, stops, motors = drums.brakes, drums.stops, drums.motors
     for b in range(len(brakes.entry)):
         if brakes.entry[b] == entry:
             smooth, rise = friction_of(v / brakes.creep_speed[b], brakes.ratchet[b])
@@ -150,15 +155,25 @@ def _held_by(drums: Drums, entry: int, s: float, v: float) -> tuple[float, float
             g -= stops.side[e] * spring
             taking -= stops.side[e] * (p - spring)
             slope -= stops.viscosity[e] if p > 0.0 else 0.0
-    return g + taking, slope, taking
+    for w in range(len(motors.entry)):
+        if motors.entry[w] == entry:
+            numbers = motors.strength[w], motors.speed[w], motors.width[w], motors.creep_speed[w]
+            motor, pawl, fall = motor_of(v, *numbers)
+            giving += motor
+            taking += pawl
+            slope += fall
+    return g + taking + giving, slope, taking, giving
 
 
 @njit(cache=True)
-def _kicked(drums: Drums, entry: int, s: float, b: float, c: float) -> float:
-    """v⁺ = b + c g(s, v⁺)."""
-    g, slope, _ = _held_by(drums, entry, s, b)
+def _kicked(drums: Drums, entry: int, s: float, b: float, c: float, near: float) -> float:
+    """v⁺ = b + c g(s, v⁺), looked for from `near` on."""
+    g, slope, taking, giving = _held_by(drums, entry, s, b)
     low, high = b - abs(c * g), b + abs(c * g)
     v = b
+    if low < near < high:
+        v = near
+        g, slope, taking, giving = _held_by(drums, entry, s, v)
     for _ in range(ITERATIONS):
         miss = v - b - c * g
         if miss == 0.0:
@@ -168,26 +183,29 @@ def _kicked(drums: Drums, entry: int, s: float, b: float, c: float) -> float:
         else:
             low = v
         new = v - miss / (1.0 - c * slope)
-        if abs(new - v) <= 2e-15 * (abs(new) + abs(b)):  # round-off
+        parts = abs(taking) + abs(giving) + abs(g - taking - giving)
+        if abs(new - v) <= 2e-15 * (abs(new) + (abs(b) + c * parts) / (1.0 - c * slope)):  # round-off
             break
         if not low < new < high:
             new = 0.5 * (low + high)
         v = new
-        g, slope, _ = _held_by(drums, entry, s, v)
+        g, slope, taking, giving = _held_by(drums, entry, s, v)
     return v
 
 
 @njit(cache=True)
 def hold_drums(
     x: FloatArray, v: FloatArray, share: FloatArray, f: FloatArray, h: float, drums: Drums
-) -> float:
-    """Add what holds the drums to f, in which all other forces stand; the energy in J that it takes in a step."""
-    lost = 0.0
+) -> tuple[float, float]:
+    """Add what holds the drums to f, in which all other forces stand; the powers in W that it takes and gives."""
+    lost = given = 0.0
     for d in range(len(drums.entry)):
         i = drums.entry[d]
         c = h * share[i]  # zero where the drum is driven
-        after = _kicked(drums, i, x[i], v[i] + c * f[i], c)
-        g, _, taking = _held_by(drums, i, x[i], after)
+        after = _kicked(drums, i, x[i], v[i] + c * f[i], c, v[i])
+        g, _, taking, giving = _held_by(drums, i, x[i], after)
         f[i] += g
-        lost -= h * taking * (v[i] + 0.5 * c * f[i])
-    return lost
+        mean = v[i] + 0.5 * c * f[i]
+        lost -= taking * mean
+        given += giving * mean
+    return lost, given

@@ -93,7 +93,7 @@ def test_an_undamped_taut_string_converges_with_the_square_of_the_step():
     "damping", [NoDamping(), Dashpot(viscosity_time=2e-4), Rayleigh(beta=5e-4, alpha=10.0)]
 )
 def test_the_step_is_below_the_true_limit_of_the_taut_net_and_not_far(seed, damping):
-    """True limit: h² K + 2 h C ≤ 4 M as matrices, from dense eigenvalues with all cables taut."""
+    """True limit: h² K + 2 h C ≤ 4 M as matrices, from dense eigenvalues with all cables taut; C of dashpots alone."""
     net = random_net(seed)
     taut = net.nodes * 1.9  # every cable is longer than at rest
     system = System(net, SOFT, damping=damping)
@@ -108,7 +108,7 @@ def test_the_step_is_below_the_true_limit_of_the_taut_net_and_not_far(seed, damp
     n, cj = taut.size, 1.0
     J = full_jacobian(system, 0.0, taut, zero, cj).toarray()  # its lower half is T, M + D for c_j = 1
     M = system.mass_matrix().toarray()
-    K, C = J[n:, :n], J[n:, n:] - M
+    K, C = J[n:, :n], J[n:, n:] - M - system.damping_matrix().toarray()
     largest = eigh(h**2 * K + 2 * h * C, M, eigvals_only=True)[-1]
     assert largest <= 4.0
     # the bound takes all cables of a node for parallel and at the limit of strain: rarely more than 6 times off
@@ -249,12 +249,14 @@ def test_tolerances_and_unknown_methods_are_refused():
     [
         (NoDamping(), "explicit"),
         (Dashpot(viscosity_time=1e-5), "explicit"),
+        (Dashpot(viscosity_time=3e-4), "explicit"),
+        (Dashpot(viscosity_time=3e-3), "ida"),
         (Rayleigh(beta=1e-5), "explicit"),
-        (Rayleigh(beta=1e-3), "ida"),
+        (Rayleigh(beta=1e-2), "explicit"),
     ],
 )
-def test_the_cheaper_method_is_ida_only_where_damping_is_strong(damping, method):
-    """As measured on the reference flight of 21 × 21 knots: 2 s against 9 s, and 21 s against 5 s for β = 1e-3 s."""
+def test_the_cheaper_method_is_ida_only_where_the_dashpot_is_strong(damping, method):
+    """As measured on the reference flight of 21 × 21 knots, see `SHORTENED`; Rayleigh damping bounds no step."""
     system, _ = reference_flight(20, damping=damping)
     advice = cheaper_method(system)
     assert advice["method"] == method
