@@ -5,7 +5,8 @@ IDA is given GMRES whose preconditioner is the exact solve with the frozen Jacob
 iteration, which makes it a direct solver. Its product J·v may then hand v back as it came, and the solve that
 follows hand it back again ("frozen" products). This rests on the order of calls solve, product, solve.
 
-It takes any force. Nets of cables alone are flown by `native_ida`, which does not pass through Python at each call.
+It takes any force, and is what is left where `native_ida` cannot be used, which does not pass through Python at each
+call.
 """
 
 from __future__ import annotations
