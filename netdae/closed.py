@@ -29,13 +29,15 @@ class Closed:
 
     net, start : with the drums' nodes behind the net's own. Cable group "closing", and "closing_1", "closing_2", ...
         for each of the closings; node group "drums"
-    reels, restraints, forces : of the System; materials : cable group to Material, to be added to the net's own
+    reels, restraints, forces : of the System; numbers : for each restraint, from 0, the closing whose drum it holds;
+        materials : cable group to Material, to be added to the net's own
     """
 
     net: CableNet
     start: State
     reels: tuple[Reel, ...]
     restraints: tuple[Restraint, ...]
+    numbers: tuple[int, ...]
     forces: tuple[Force, ...]
     materials: dict[str, Material]
 
@@ -75,7 +77,7 @@ def with_closings(net: CableNet, start: State, closings: Sequence[Closing]) -> C
     for cord in cords:
         _check_start(cord, start.x)
     if not cords:
-        return Closed(net, start, (), (), (), {})
+        return Closed(net, start, (), (), (), (), {})
     n, m = net.node_count, net.cable_count
     drums = np.arange(n, n + len(cords))
     counts = [len(cord.cables) for cord in cords]
@@ -99,16 +101,18 @@ def with_closings(net: CableNet, start: State, closings: Sequence[Closing]) -> C
     reels = tuple(
         _reel_of(cord, int(drum), cables) for cord, drum, cables in zip(cords, drums, numbers, strict=True)
     )
-    restraints = (
-        restraint
-        for cord, drum in zip(cords, drums, strict=True)
+    of_cords = [number for number, own in enumerate(by_closing) for _ in own]
+    held = [
+        (restraint, number)
+        for cord, drum, number in zip(cords, drums, of_cords, strict=True)
         for restraint in _restraints_of(cord.haul, int(drum), start.t)
-    )
+    ]
     return Closed(
         grown,
         replace(start, x=x, v=v, a=np.zeros_like(x)),
         reels,
-        tuple(restraints),
+        tuple(restraint for restraint, _ in held),
+        tuple(number for _, number in held),
         (motors_of([cord.haul for cord in cords], drums.tolist()),),
         materials,
     )

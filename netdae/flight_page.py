@@ -17,7 +17,7 @@ import numpy as np
 
 from netdae._arrays import IntArray
 from netdae.render_camera import View
-from netdae.render_colours import BULLET, CHASER, INK, PALE, PANEL, PAPER, STRONG, tension_map
+from netdae.render_colours import BULLET, CHASER, HELD, INK, PALE, PANEL, PAPER, STRONG, tension_map
 from netdae.render_frames import KINDS, Footage, Frame
 
 TEMPLATE = Path(__file__).with_name("flight_page.html")
@@ -57,7 +57,8 @@ def data_of(footage: Footage, shown: Sequence[Frame], *, peak: float) -> dict[st
     cables : (m, 2), places in `nodes`; kind : (m,), index into `kinds`; bullets, chaser : places in `nodes`
     peak : N; colours : the colours from 0 to it
     frames : number, time in s, origin in m, positions (k, 3), little-endian 16 or 32 bit integers by `width`,
-        tension (m,), bytes: 0 slack, 1 no tension to 255 the peak or more; both in base64; largest tension, N
+        tension (m,), bytes: 0 slack, 1 no tension to 255 the peak or more; both in base64; held, places in `nodes` of
+        those that are held or driven; largest tension, N
     """
     cast = footage.cast
     spans = [np.ptp(frame.points[cast.net], axis=0) for frame in shown]
@@ -76,6 +77,7 @@ def data_of(footage: Footage, shown: Sequence[Frame], *, peak: float) -> dict[st
             "origin": origin.tolist(),
             "positions": _base64(q.astype(f"<i{width // 8}")),
             "tension": _base64(_bytes(frame, peak)),
+            "held": places[frame.held].tolist(),
             "largest": float(f"{frame.tension[own].max(initial=0.0):.4g}"),
         }
         for frame, q, origin in zip(shown, whole, origins, strict=True)
@@ -97,6 +99,7 @@ def data_of(footage: Footage, shown: Sequence[Frame], *, peak: float) -> dict[st
             "strong": STRONG,
             "pale": PALE,
             "bullet": BULLET,
+            "held": HELD,
             "chaser": CHASER,
             "panel": PANEL,
             "paper": PAPER,

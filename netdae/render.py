@@ -106,11 +106,12 @@ def render_sheet(
     panel = _panel((size[0], size[1]), columns=columns, rows=rows)
     peak = look.peak or peak_of(shown, footage.cast)
     sheet = Image.new("RGB", (size[0], size[1] - footer_height(size[0])), "white")
-    shots = extent.shots(panel, room=room_for(footage.cast, panel))
+    held = _any_held(shown)
+    shots = extent.shots(panel, room=room_for(footage.cast, panel, held=held))
     letters = min(0.8 * font_size(size[0]), panel[0] / 12)
     for place, image in enumerate(_panels(footage, shown, shots, peak=peak, letters=letters)):
         sheet.paste(image, (place % columns * panel[0], place // columns * panel[1]))
-    footer = Footer(footage.cast, shots[0].scale, peak).draw(size[0])
+    footer = Footer(footage.cast, shots[0].scale, peak, held).draw(size[0])
     return _written(footage, target, frames, _png(framed(sheet, footer)))
 
 
@@ -197,8 +198,9 @@ def _pictures(
         size = (size[0] - size[0] % 2, size[1] - size[1] % 2)
     peak = look.peak or peak_of(shown, footage.cast)
     panel = _panel(size)
-    shots = extent.shots(panel, room=room_for(footage.cast, panel))
-    footer = Footer(footage.cast, shots[0].scale, peak).draw(size[0])
+    held = _any_held(shown)
+    shots = extent.shots(panel, room=room_for(footage.cast, panel, held=held))
+    footer = Footer(footage.cast, shots[0].scale, peak, held).draw(size[0])
     letters = font_size(size[0])
     for count, image in enumerate(_panels(footage, shown, shots, peak=peak, letters=letters), 1):
         if tell is not None:
@@ -234,6 +236,10 @@ def _nodes(footage: Footage, look: Look) -> IntArray:
 
 def _extent(footage: Footage, shown: Sequence[Frame], look: Look) -> Extent:
     return extent_of(shown, _nodes(footage, look), view=view_of(look.view), camera=look.camera)
+
+
+def _any_held(shown: Sequence[Frame]) -> bool:
+    return any(len(frame.held) > 0 for frame in shown)
 
 
 def _columns(count: int) -> int:

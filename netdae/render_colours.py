@@ -17,6 +17,8 @@ STRONG = {"tether": "#0091b3", "closing": "#1a8f45"}
 PALE = {"net": "#b4b4b4", "tether": "#9fcfdb", "closing": "#6cbb8a"}
 """Slack cables of each kind."""
 BULLET = "#20242b"
+HELD = "#3b5bdb"
+"""Node that is held or driven."""
 CHASER, PANEL = "#aeb6c0", "#1d3f8f"
 PAPER, INK = "#ffffff", "#22262e"
 

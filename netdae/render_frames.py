@@ -16,7 +16,7 @@ import pyvista as pv
 
 from netdae._arrays import BoolArray, FloatArray, IntArray
 from netdae.errors import InputError
-from netdae.vtk import read_frame, read_series
+from netdae.vtk import RESTRAINED, read_frame, read_series
 
 SERIES = "series.pvd"
 METRICS = "metrics.csv"
@@ -30,13 +30,17 @@ _HEAVIER = 10.0  # times the mass that a knot's share of cords has: a bullet
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """One frame: number in the series from 0, time t in s, points (n, 3) in m, tension (m,) in N, taut (m,)."""
+    """One frame: number in the series from 0, time t in s, points (n, 3) in m, tension (m,) in N, taut (m,).
+
+    held : nodes, without the chaser, of which an axis is held or driven; none in frames that do not tell
+    """
 
     number: int
     t: float
     points: FloatArray
     tension: FloatArray
     taut: BoolArray
+    held: IntArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +87,14 @@ class Footage:
             points,
             np.asarray(cells["tension"], dtype=np.float64),
             np.asarray(cells["taut"]) == 1,
+            self._held(grid),
         )
+
+    def _held(self, grid: Any) -> IntArray:
+        if RESTRAINED not in grid.point_data:
+            return np.zeros(0, dtype=np.int64)
+        held = np.flatnonzero(grid.point_data[RESTRAINED])
+        return np.setdiff1d(np.intersect1d(held, self.cast.drawn), self.cast.chaser)
 
     def check(self, number: int) -> None:
         """Raise InputError unless there is a frame of that number."""

@@ -12,6 +12,7 @@ from PIL import Image, ImageDraw, ImageFont
 from netdae.render_colours import (
     BULLET,
     CHASER,
+    HELD,
     INK,
     PALE,
     PANEL,
@@ -53,11 +54,13 @@ class Footer:
     """The line below a picture: scale bar, signs of what is shown, colour bar.
 
     scale : m a pixel; peak : N, where the colours end
+    held : whether a node is held or driven
     """
 
     cast: Cast
     scale: float
     peak: float
+    held: bool = False
 
     def draw(self, width: int) -> Image.Image:
         """The footer, `footer_height(width)` high; the signs that find no room are left out."""
@@ -66,7 +69,7 @@ class Footer:
         pen = _Pen(image, size)
         left = self._scale_bar(pen, size)
         right = self._colour_bar(pen, width - size)
-        pen.signs(_signs_of(self.cast), left + 1.6 * size, right - 1.6 * size)
+        pen.signs(_signs_of(self.cast, held=self.held), left + 1.6 * size, right - 1.6 * size)
         return image
 
     def _scale_bar(self, pen: _Pen, left: float) -> float:
@@ -99,17 +102,19 @@ class Footer:
 @dataclass(frozen=True)
 class _Sign:
     word: str
-    shape: str  # "line", "ball" or "box"
+    shape: str  # "line", "ball", "cone" or "box"
     colour: str
 
 
-def _signs_of(cast: Cast) -> list[_Sign]:
+def _signs_of(cast: Cast, *, held: bool) -> list[_Sign]:
     signs = [_Sign("slack", "line", PALE["net"])]
     for kind, name in enumerate(KINDS):
         if kind and (cast.kind == kind).any():
             signs.append(_Sign("closing cord" if name == "closing" else name, "line", STRONG[name]))
     if len(cast.bullets):
         signs.append(_Sign("bullets" if len(cast.bullets) > 1 else "bullet", "ball", BULLET))
+    if held:
+        signs.append(_Sign("held or driven", "cone", HELD))
     if len(cast.chaser):
         signs.append(_Sign("chaser", "box", CHASER))
     return signs
@@ -150,6 +155,12 @@ class _Pen:
             ink.line([(x, y), (x + 1.4 * size, y)], fill=sign.colour, width=thick)
         elif sign.shape == "ball":
             ink.ellipse([x + 0.35 * size, y - 0.4 * size, x + 1.15 * size, y + 0.4 * size], fill=sign.colour)
+        elif sign.shape == "cone":
+            foot = y + 0.4 * size
+            ink.polygon(
+                [(x + 0.7 * size, y - 0.4 * size), (x + 1.1 * size, foot), (x + 0.3 * size, foot)],
+                sign.colour,
+            )
         else:
             ink.rectangle([x, y - 0.25 * size, x + 1.4 * size, y + 0.25 * size], fill=PANEL)
             ink.rectangle([x + 0.4 * size, y - 0.35 * size, x + size, y + 0.35 * size], fill=sign.colour)

@@ -1,8 +1,8 @@
 """The stage: one frame drawn in three dimensions, off-screen, to pixels; with pyvista, and no display.
 
 Cables are tubes, the net's taut ones coloured by tension, slack ones thin and pale; tether and closing cords have
-colours of their own. Bullets are spheres, the chaser is a box with two panels: signs of one size on paper, not to
-scale.
+colours of their own. Bullets are spheres, the chaser is a box with two panels, and what is held or driven stands on a
+cone: signs of one size on paper, not to scale.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from netdae._arrays import BoolArray, FloatArray
 from netdae.render_camera import Shot
-from netdae.render_colours import BULLET, CHASER, PALE, PANEL, PAPER, STRONG, tension_map
+from netdae.render_colours import BULLET, CHASER, HELD, PALE, PANEL, PAPER, STRONG, tension_map
 from netdae.render_frames import KINDS, Cast, Frame
 
 Pixels = NDArray[np.uint8]
@@ -25,6 +25,7 @@ Pixels = NDArray[np.uint8]
 _USUAL = 960.0  # pixels: width at which the radii below are meant
 _TAUT, _SLACK, _CORD, _SLACK_CORD = 1.5, 0.55, 2.0, 1.2  # radii in pixels
 _BULLET, _CHASER = 6.5, 10.0  # radius and half an edge, pixels
+_HELD, _HELD_HEIGHT = 6.5, 13.0  # radius and height of a cone, pixels
 _PANEL_FROM, _PANEL_HALF = 2.6, 1.3  # middle and half the length of a panel, times the chaser's half edge
 _SHARE_OF_MESH = 0.11  # a taut cable is at most this thick by its length: dense nets stay open
 _SIDES = 8
@@ -35,9 +36,14 @@ def sign_size(size: tuple[int, int]) -> float:
     return max(1.0, size[0] / _USUAL) * min(1.0, 0.4 + size[0] / 1600)
 
 
-def room_for(cast: Cast, size: tuple[int, int]) -> float:
-    """Pixels that the signs of a flight need between the nodes they stand for and the picture's edge."""
-    sign = (_PANEL_FROM + _PANEL_HALF) * _CHASER if len(cast.chaser) else _BULLET
+def room_for(cast: Cast, size: tuple[int, int], *, held: bool = False) -> float:
+    """Pixels that the signs of a flight need between the nodes they stand for and the picture's edge.
+
+    held : whether a node is held or driven
+    """
+    sign = _HELD_HEIGHT if held else _BULLET
+    if len(cast.chaser):
+        sign = (_PANEL_FROM + _PANEL_HALF) * _CHASER
     return max(0.05 * min(size), (sign + 3.0) * sign_size(size))
 
 
@@ -120,6 +126,8 @@ class Stage:
         for place in frame.points[self._cast.bullets]:
             ball = pv.Sphere(radius=_BULLET * pixel, center=place, theta_resolution=20, phi_resolution=20)
             self._plotter.add_mesh(ball, color=BULLET, smooth_shading=True, **_LOOK)
+        if len(frame.held):
+            self._plotter.add_mesh(_supports(frame.points[frame.held], shot, pixel), color=HELD, **_LOOK)
         half = _CHASER * pixel
         for place in frame.points[self._cast.chaser]:
             self._plotter.add_mesh(_box(place, (half, half, half)), color=CHASER, **_LOOK)
@@ -138,6 +146,14 @@ _LOOK: dict[str, Any] = {
     "reset_camera": False,
     "render": False,
 }
+
+
+def _supports(places: FloatArray, shot: Shot, pixel: float) -> Any:
+    """Cones with their tips at places (k, 3), upright in the picture; before cables, which would stab them."""
+    up, toward, high = shot.view.up, shot.view.toward, _HELD_HEIGHT * pixel
+    centre = _HELD * pixel * toward - 0.5 * high * up
+    cone = pv.Cone(center=centre, direction=up, height=high, radius=_HELD * pixel, resolution=24)
+    return pv.PolyData(places).glyph(geom=cone, orient=False, scale=False)
 
 
 def _box(centre: FloatArray, half: tuple[float, float, float]) -> Any:

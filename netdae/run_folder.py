@@ -190,7 +190,9 @@ class RunFolder:
         if self.frames:
             from netdae.vtk import VtuSeries  # VTK's import takes 0.2 s
 
-            series.append(VtuSeries(self.path / SERIES))
+            book = simulation.events
+            fired = dict if book is None else lambda: book.fired
+            series.append(VtuSeries(self.path / SERIES, fired=fired))
         return [
             simulation.metrics,
             MetricsCsv(self.path / METRICS, simulation.metrics),

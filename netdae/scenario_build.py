@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from itertools import repeat
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +25,7 @@ from netdae.metrics import DeploymentMetrics
 from netdae.net import CableNet
 from netdae.options import SolverOptions
 from netdae.plausibility import unusual_of
-from netdae.scenario_closed import closing_of, closing_options
+from netdae.scenario_closed import closing_of, closing_options, overpowered
 from netdae.scenario_cords import damping_of, materials_of, thickest_of
 from netdae.scenario_events import event_of
 from netdae.scenario_groups import check_group
@@ -32,7 +33,7 @@ from netdae.scenario_initial import start_of
 from netdae.scenario_loads import environment_loads_of, orbit_load_of
 from netdae.scenario_metrics import metrics_of
 from netdae.scenario_nets import MeshFile
-from netdae.scenario_problems import ARRAYS, bare
+from netdae.scenario_problems import bare, section_in_words
 from netdae.scenario_restraints import (
     Told,
     check_restraints,
@@ -78,7 +79,7 @@ class Build:
         told = [
             *self._restraints(tied.net, start.launch),
             *told_in("tether", tied.restraints),
-            *told_in("closing", closed.restraints),
+            *map(Told, closed.restraints, repeat("closing"), closed.numbers),
         ]
         restraints = [each.restraint for each in told]
         loads = self._loads(tied.net)
@@ -107,7 +108,7 @@ class Build:
             metrics = metrics_of(self._data.metrics, system)
         options = closing_options(self._options(), self._solver, closings)
         findings: list[str] = [*of_mesh, *start.findings, *late]
-        notes: list[str] = []
+        notes = [*overpowered(closings)]
         accuracy = accuracy_told(options.tolerances, closings) if options.in_force else None
         if accuracy is not None:
             (notes if sharp_enough(options.tolerances, closings) else findings).append(accuracy)
@@ -128,8 +129,7 @@ class Build:
     @contextmanager
     def _section(self, name: str = "", number: int | None = None, *, key: str = "") -> Iterator[None]:
         """Tell errors of the content by file, section and key."""
-        title = f"[[{name}]]" if name in ARRAYS else f"[{name}]"
-        place = [title, "" if number is None else str(number + 1), key]
+        place = [section_in_words(name, number), key]
         header = f"{' '.join(part for part in place if part)}: " if name else ""
         try:
             yield

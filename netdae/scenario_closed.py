@@ -15,6 +15,7 @@ from netdae.net import CableNet
 from netdae.options import SolverOptions
 from netdae.scenario_closing import DrawcordEntry, WinchEntry
 from netdae.scenario_groups import check_group
+from netdae.scenario_problems import section_in_words
 
 _HAUL = {"speed", "force", "final_length", "begin", "hold", "drum_inertia"}
 
@@ -62,6 +63,16 @@ def _drawcord_of(entry: DrawcordEntry, net: CableNet, material: Material, haul: 
         closed=entry.closed,
         length=entry.length,
         rings=Rings(entry.ring_size, entry.friction, CREEP * entry.speed, fastened),
+    )
+
+
+def overpowered(closings: Sequence[Closing]) -> tuple[str, ...]:
+    """A note on each of the closings, in the scenario's order, whose motor can break its cord."""
+    return tuple(
+        f"{section_in_words('closing', number)}: force is {closing.haul.force:g} N, more than the cord's strength, "
+        f"{closing.material.strength:g} N: the motor can break it; give less force, or a stronger cord"
+        for number, closing in enumerate(closings)
+        if closing.material.strength is not None and closing.haul.force > closing.material.strength
     )
 
 

@@ -184,6 +184,12 @@ def _cut(text: str) -> str:
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 
+def section_in_words(name: str, number: int | None = None) -> str:
+    """How a scenario's author calls a section, by its number from 0 where there are several: `[[loads]] 2`."""
+    title = f"[[{name}]]" if name in ARRAYS else f"[{name}]"
+    return title if number is None else f"{title} {number + 1}"
+
+
 def bare(error: InputError) -> str:
     """The message without the kind of thing in front, where section or file say it already."""
     return re.sub(

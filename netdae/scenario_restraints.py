@@ -17,6 +17,7 @@ from netdae.errors import InputError
 from netdae.motions import Fixed, Motion, Steady, TableMotion
 from netdae.net import CableNet
 from netdae.restraints import Drive, Restraint, mask_of
+from netdae.scenario_problems import section_in_words
 from netdae.scenario_signals import motion_of
 from netdae.state import State
 
@@ -30,6 +31,30 @@ class Told(NamedTuple):
     restraint: Restraint
     section: str
     number: int | None = None
+
+    @property
+    def times(self) -> tuple[tuple[str, float], ...]:
+        """Times in s at which it begins or ends, as far as they are known, each by the key that tells it.
+
+        A drum is held until it begins to turn, and held for good from its lock on; a table that drives it ends there.
+        """
+        restraint = self.restraint
+        begin, until = "begin", "until"
+        if self.section in DRUM_KEYS:
+            let_go, locked = DRUM_KEYS[self.section]
+            begin, until = locked, let_go if isinstance(restraint.motion, Fixed) else locked
+        told = ((begin, restraint.begin), (until, restraint.until))
+        return tuple((key, t) for key, t in told if not isinstance(t, str) and math.isfinite(t))
+
+    def says(self, key: str, t: float) -> str:
+        """That it begins or ends at t, s, in the words of the scenario."""
+        if self.section == "initial" and not isinstance(self.restraint.group, str):
+            return f"the bullet at node {self.restraint.group[0]} is let go at {t:g} s"
+        return f"{key} is {t:g} s"
+
+
+DRUM_KEYS = {"tether": ("begin", "lock"), "closing": ("begin", "hold")}
+"""Keys of the sections with drums at which a drum is let go, and at which it is held for good."""
 
 
 def told_in(section: str, restraints: Iterable[Restraint]) -> list[Told]:
@@ -74,21 +99,21 @@ def joined_velocities(
 
 
 def late_findings(told: Sequence[Told], begin: float, end: float, section: InSection) -> tuple[str, ...]:
-    """Warnings of restraints that begin or end after the flight; raises InputError for times before it."""
+    """Warnings of what begins or ends after the flight, by its section; raises InputError for times before it."""
     late = []
-    for restraint, *place in told:
-        for t in restraint.changes:
-            with section(*place):
+    for each in told:
+        for key, t in each.times:
+            with section(each.section, each.number):
                 if t < begin:
                     raise InputError(
-                        f"{restraint.name} begins or ends at {t:g} s, before the flight begins at {begin:g} s: "
-                        "give a time of the flight's own clock"
+                        f"{each.says(key, t)}, before the flight begins at {begin:g} s: give a time of the flight's "
+                        "own clock"
                     )
             if t >= end:
-                late.append(
-                    f"{restraint.name} begins or ends at {t:g} s, after the end of the flight at {end:g} s"
-                )
-    return tuple(late)
+                place = section_in_words(each.section, each.number)
+                late.append(f"{place}: {each.says(key, t)}, after the end of the flight at {end:g} s")
+    # the winches of a section, and the end and the lock of a driven reel, say the same
+    return tuple(dict.fromkeys(late))
 
 
 def check_restraints(told: Sequence[Told], net: CableNet, start: State, section: InSection) -> None:

@@ -1,14 +1,15 @@
 """Frames of a flight as a ParaView time series: frames/frame_000000.vtu ... and the .pvd that names them.
 
 Points are x; point data displacement (x − x̄, m), velocity (m/s), acceleration (m/s²), mass (kg); cell data
-strain (E11), stress (S11, Pa), tension (N), taut (uint8); groups are uint8 arrays group_<name>.
+strain (E11), stress (S11, Pa), tension (N), taut (uint8); groups are uint8 arrays group_<name>. Point data
+restrained (uint8) is how many axes of a node are held or driven in the frame; frames of former versions lack it.
 """
 
 from __future__ import annotations
 
 import re
 import xml.etree.ElementTree as ET
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,10 +26,13 @@ from netdae.state import State
 if TYPE_CHECKING:
     import os
 
+    from netdae.restraints import Restraint
     from netdae.system import System
 
 POINT_DATA = ("displacement", "velocity", "acceleration", "mass")
 """Point arrays of every frame."""
+RESTRAINED = "restrained"
+"""Point array of how many axes are held or driven; older frames do without."""
 CELL_DATA = ("strain", "stress", "tension", "taut")
 """Cell arrays of every frame."""
 
@@ -48,6 +52,8 @@ class VtuSeries:
 
     path : the .pvd file; the frames go to the folder `frames` beside it, which is made.
     groups : whether the net's node and cable groups are written too, to select by in ParaView
+    fired : tells at each frame the times of those events that have happened, by name: where restraints begin or end at
+        events, for instance `lambda: book.fired` of an `EventBook`
 
     Every file gets its name when it is complete, the .pvd after the frame: it names only complete frames at
     every moment, also after a kill. A former series at the same place is replaced. The .pvd is rewritten at
@@ -55,9 +61,16 @@ class VtuSeries:
     at the end. Raises InputError where nothing can be written, RunError when a frame cannot be.
     """
 
-    def __init__(self, path: str | os.PathLike[str], *, groups: bool = True) -> None:
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        groups: bool = True,
+        fired: Callable[[], Mapping[str, float]] = dict,
+    ) -> None:
         self.path = Path(path)
         self.groups = groups
+        self.fired = fired
         self.frame_count = 0
         self._named = 0
         self._entries = bytearray()
@@ -116,6 +129,8 @@ class VtuSeries:
         self._places = np.flatnonzero(system.in_space)
         self._grid = grid_of(system.net, groups=self.groups, nodes=self._places)
         self._grid.point_data["mass"] = system.mass[self._places]
+        self._holding: tuple[Restraint, ...] = ()
+        self._grid.point_data[RESTRAINED] = np.zeros(len(self._places), dtype=np.uint8)
         self._writer = XMLUnstructuredGridWriter("", self._grid).writer
         self._writer.WriteToOutputStringOn()
         self._writer.SetDataModeToAppended()
@@ -162,6 +177,7 @@ class VtuSeries:
         grid.point_data["displacement"] = x - system.net.nodes[places]
         grid.point_data["velocity"] = state.v[places]
         grid.point_data["acceleration"] = state.a[places]
+        self._hold(system, state.t)
         grid.cell_data["strain"] = strain
         grid.cell_data["stress"] = system.stress(state.x)
         grid.cell_data["tension"] = system.tension(state.x)
@@ -172,6 +188,18 @@ class VtuSeries:
         self._writer.Write()
         data: bytes | str = self._writer.GetOutputString()
         return data if isinstance(data, bytes) else data.encode()
+
+    def _hold(self, system: System, t: float) -> None:
+        """Tell which axes are held at t, where these are others than in the frame before."""
+        fired = self.fired()
+        holding = tuple(restraint for restraint in system.restraints if restraint.holds(t, fired))
+        if holding == self._holding:
+            return
+        held = np.zeros((system.net.node_count, 3), dtype=np.bool_)
+        for restraint in holding:
+            held[np.ix_(restraint.nodes_of(system.net), restraint.axis_indices)] = True
+        self._grid.point_data[RESTRAINED] = held[self._places].sum(axis=1, dtype=np.uint8)
+        self._holding = holding
 
 
 def _name_of(number: int) -> str:

@@ -4,8 +4,8 @@
 
 Flies every scenario of this folder by the explicit method with 25 frames, one that closes its net as it says itself,
 since cords and motors make many short steps. Pictures the largest mouth, or two thirds of the way where a net is widest
-at its start; and a net that closes at its widest, half closed and at the end, from ahead. Prints a row of the README's
-table for each.
+at its start; a net that is held or towed to the end, at the end; and one that closes at its widest, half closed and at
+the end, from ahead. Prints a row of the README's table for each.
 """
 
 from __future__ import annotations
@@ -23,6 +23,8 @@ import numpy as np
 import netdae as nd
 from netdae.net import CableNet
 from netdae.run_folder import RunFolder, fly
+from netdae.system import System
+from netdae.tether import is_own_node
 
 SCRIPTS = Path(__file__).resolve().parent
 FRAMES = 25
@@ -52,14 +54,21 @@ def shown(script: Path, picture: Path, *, end: float | None) -> str:
                 Path(folder) / "run", picture, frames=_of_closing(Path(folder) / "run"), look=AHEAD
             )
         else:
-            nd.render_picture(Path(folder) / "run", picture, time=_telling(summary), look=LOOK)
-    drums = len(simulation.system.reels)
-    return f"| ![{simulation.title}]({_place_of(picture)}) | `{script.name}`: {_line_of(summary, drums)} |"
+            time = _telling(summary, held=_held(simulation.system))
+            nd.render_picture(Path(folder) / "run", picture, time=time, look=LOOK)
+    line = _line_of(summary, drums=len(simulation.system.reels), held=_held(simulation.system))
+    return f"| ![{simulation.title}]({_place_of(picture)}) | `{script.name}`: {line} |"
 
 
 def _closes(net: CableNet) -> bool:
     """Whether cords close the net."""
     return "closing" in net.cable_groups
+
+
+def _held(system: System) -> bool:
+    """Whether nodes of the net itself are held or driven during the whole flight."""
+    own = is_own_node(system.net)
+    return any(each.permanent and bool(own[each.nodes_of(system.net)].any()) for each in system.restraints)
 
 
 def _of_closing(folder: Path) -> list[int]:
@@ -74,19 +83,24 @@ def _of_closing(folder: Path) -> list[int]:
     return sorted({widest, half, last})
 
 
-def _telling(summary: dict[str, Any]) -> float:
+def _telling(summary: dict[str, Any], *, held: bool) -> float:
     """Time of the picture, s."""
     begin, end = summary["solver"]["begin"], summary["deployment"]["end_time"]
+    if held:
+        return float(end)
     widest = summary["deployment"].get("largest_mouth_area_time", begin)
     return widest if widest > begin + 0.1 * (end - begin) else begin + 2 / 3 * (end - begin)
 
 
-def _line_of(summary: dict[str, Any], drums: int) -> str:
+def _line_of(summary: dict[str, Any], *, drums: int, held: bool) -> str:
     figures, solver = summary["deployment"], summary["solver"]
     words = [
         f"{summary['title']}, {summary['net']['nodes'] - drums} knots, {figures['end_time'] - solver['begin']:.3g} s"
     ]
-    if "largest_mouth_area" in figures:
+    if held:
+        force = np.linalg.norm(np.sum([each["final_reaction"] for each in summary["restraints"]], axis=0))
+        words.append(f"held or drawn with {force:.3g} N at the end")
+    elif "largest_mouth_area" in figures:
         words.append(
             f"largest mouth {figures['largest_mouth_area']:.3g} m² at {figures['largest_mouth_area_time']:.3g} s"
         )

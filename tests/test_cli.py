@@ -355,6 +355,16 @@ def test_check_tells_the_net_and_writes_nothing(tmp_path, capsys):
     assert list(tmp_path.iterdir()) == [file]
 
 
+def test_the_mass_that_check_tells_is_that_of_cords_and_bullets_without_drums(capsys):
+    file = ROOT / "scripts" / "closing_winches.toml"
+    (drums,) = {entry["drum_inertia"] for entry in tomllib.loads(file.read_text())["closing"]}
+    assert drums > 0.01
+    (bullets,) = (entry["mass"] for entry in tomllib.loads(file.read_text())["masses"])
+    assert main(["check", str(file)]) == 0
+    mass, cords = re.search(r"mass +(\S+) kg, of which cables (\S+) kg", capsys.readouterr().out).groups()
+    assert float(mass) == pytest.approx(float(cords) + 4 * bullets, rel=1e-5)  # six digits are told
+
+
 def without_geometric_stiffness(K, C):
     q = 1e-3 * np.abs(K).max()
     K[:, 0, :, 1] -= q * np.eye(3)

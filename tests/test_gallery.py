@@ -21,7 +21,7 @@ def test_the_gallery_makes_a_picture_and_a_line(tmp_path):
     assert done.returncode == 0, done.stderr
     (line,) = done.stdout.splitlines()
     assert "towed_net.toml" in line
-    assert "37 knots, 0.05 s; largest mouth" in line
+    assert "91 knots, 0.05 s; held or drawn with" in line
     pixels = np.asarray(Image.open(tmp_path / "towed_net.png").convert("L"))
     assert pixels.shape == (480, 640)
     # a net of thin lines covers more than a hundredth of the picture, and never most of it

@@ -23,15 +23,16 @@ from netdae.net import CableNet
 from netdae.render import Look, render_page, render_picture, render_sheet
 from netdae.render import render_movie as movie_of
 from netdae.render_camera import extent_of, view_of
-from netdae.render_colours import PALE, peak_of, round_down, round_up, tension_map
+from netdae.render_colours import HELD, PALE, peak_of, round_down, round_up, tension_map
 from netdae.render_frames import cast_of, read_footage
 from netdae.render_labels import font_size, footer_height
 from netdae.render_scene import Stage, room_for
+from netdae.restraints import Restraint
 from netdae.state import State
 from netdae.system import System
 from netdae.tether import Chaser, Tether
 from netdae.tethered import with_tether
-from netdae.vtk import VtuSeries, grid_of
+from netdae.vtk import RESTRAINED, VtuSeries, grid_of, read_frame
 
 SIDE, CELLS = 4.0, 4
 FRAMES = 4
@@ -272,6 +273,68 @@ def test_tether_closing_cords_chaser_and_bullets_have_their_colours(flight, plai
     assert without["tether"] == without["closing"] == without["panel"] == 0
 
 
+def write_held(folder):
+    """A net that hangs by its corners until 0.15 s: two frames of it held, two of it free."""
+    net = CableNet.square(side=SIDE, cells=CELLS)
+    system = System(net, CORD, damping=NoDamping(), restraints=[Restraint("corners", axes="xy", until=0.15)])
+    series = VtuSeries(folder / "series.pvd")
+    series.begin(system)
+    for t in np.linspace(0.0, 0.3, FRAMES):
+        series(State.at(0.97 * net.nodes, t=float(t)))
+    series.end()
+
+
+@pytest.mark.parametrize("view", ["oblique", "x", "z"])
+def test_held_nodes_stand_on_a_sign_while_they_are_held(tmp_path, view):
+    write_held(tmp_path)
+    _, frame, shot, pixels = drawn(tmp_path, 1, view=view)
+    corners = CableNet.square(side=SIDE, cells=CELLS).nodes_of("corners")
+    assert frame.held.tolist() == corners.tolist()
+    blue = held_pixels(pixels)
+    for column, row in shot.pixels(frame.points[corners]).round().astype(int):
+        # at its tip, and below it as wide as high
+        assert blue[row + 3 : row + 7, column - 1 : column + 2].mean() > 0.8
+        assert not blue[row - 6 : row - 2, column - 6 : column + 7].any()
+    _, free, _, pixels = drawn(tmp_path, 2, view=view)
+    assert len(free.held) == 0
+    assert not held_pixels(pixels).any()
+
+
+def held_pixels(pixels):
+    """Which pixels have the hue of that sign, whatever the light on it."""
+    wanted = np.array([int(HELD[i : i + 2], 16) for i in (1, 3, 5)], dtype=float)
+    length = np.linalg.norm(pixels, axis=-1)
+    cosine = pixels @ wanted / np.maximum(length, 1.0) / np.linalg.norm(wanted)
+    return (cosine > 0.98) & (np.ptp(pixels, axis=-1) > 60)
+
+
+def test_the_sign_of_held_nodes_is_explained_where_one_is_in_sight(tmp_path):
+    write_held(tmp_path)
+    look, footer = Look(size=(640, 400)), footer_height(640)
+    for number, there in ((0, True), (3, False)):
+        render_picture(tmp_path, tmp_path / "p.png", frame=number, look=look)
+        assert (held_pixels(pixels_of(tmp_path / "p.png")[-footer:]).sum() > 20) == there
+    render_sheet(tmp_path, tmp_path / "s.png", frames=[0, 3], look=look)
+    assert held_pixels(pixels_of(tmp_path / "s.png")[-footer:]).sum() > 20
+    data = data_in(render_page(tmp_path).file.read_text(encoding="utf-8"))
+    corners = CableNet.square(side=SIDE, cells=CELLS).nodes_of("corners").tolist()
+    assert [told["held"] for told in data["frames"]] == [corners, corners, [], []]
+
+
+def test_frames_that_do_not_tell_what_is_held_are_drawn_without(tmp_path):
+    write_held(tmp_path)
+    file = tmp_path / "frames" / "frame_000000.vtu"
+    grid = read_frame(file)
+    assert RESTRAINED in grid.point_data
+    del grid.point_data[RESTRAINED]
+    grid.save(file)
+    assert RESTRAINED not in read_frame(file).point_data
+    assert len(read_footage(tmp_path).frame(0).held) == 0
+    render_picture(tmp_path, tmp_path / "p.png", frame=0, look=Look(size=(640, 400)))
+    assert not held_pixels(pixels_of(tmp_path / "p.png")).any()
+    render_page(tmp_path, frames=[0])
+
+
 def test_the_colours_grow_darker_with_tension():
     """So that they can be read in grey, where slack cables are paler than all of them."""
     luminance = tension_map(64) @ [0.2126, 0.7152, 0.0722]
@@ -445,9 +508,8 @@ def test_a_title_with_signs_of_html_stays_words(tmp_path):
     assert data_in(page)["title"] == "</script><b>5 m & more"
 
 
-@pytest.mark.skipif(shutil.which("chromium") is None, reason="needs a browser")
-def test_the_page_draws_in_a_browser(flight, tmp_path):
-    page = render_page(flight, tmp_path / "f.html", look=Look(view="x")).file
+def in_browser(page, folder):
+    """Pixels of a page's scene as a browser shows its frame 1."""
     command = [
         *(
             "chromium",
@@ -463,16 +525,29 @@ def test_the_page_draws_in_a_browser(flight, tmp_path):
             "--enable-logging=stderr",
         ),
         *(
-            f"--user-data-dir={tmp_path / 'profile'}",
-            f"--screenshot={tmp_path / 'shot.png'}",
+            f"--user-data-dir={folder / 'profile'}",
+            f"--screenshot={folder / 'shot.png'}",
             f"file://{page}#frame=1",
         ),
     ]
     told = subprocess.run(command, capture_output=True, text=True, timeout=120).stderr
     assert "CONSOLE" not in told
-    scene = pixels_of(tmp_path / "shot.png")[170:-60, :]
+    return pixels_of(folder / "shot.png")[170:-60, :]
+
+
+@pytest.mark.skipif(shutil.which("chromium") is None, reason="needs a browser")
+def test_the_page_draws_in_a_browser(flight, tmp_path):
+    scene = in_browser(render_page(flight, tmp_path / "f.html", look=Look(view="x")).file, tmp_path)
     assert colourful(scene).sum() > 100
     assert (scene.sum(axis=-1) < 200).sum() > 100  # bullets
+
+
+@pytest.mark.skipif(shutil.which("chromium") is None, reason="needs a browser")
+def test_the_page_shows_what_is_held_in_a_browser(tmp_path):
+    write_held(tmp_path)
+    scene = in_browser(render_page(tmp_path).file, tmp_path)
+    # four triangles as wide and high as 13 pixels
+    assert held_pixels(scene).sum() == pytest.approx(4 * 13 * 13 / 2, rel=0.2)
 
 
 # wrong input

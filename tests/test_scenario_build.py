@@ -92,6 +92,70 @@ def test_times_after_the_flight_are_warned_of(tmp_path, sections):
     assert "after the end of the flight at 3 s" in finding
 
 
+WINCH = """
+[[closing]]
+kind = "winch"
+first = [0, 6]
+second = [48, 42]
+speed = 1.0
+force = 20.0
+final_length = 0.5
+youngs_modulus = 1e9
+density = 1000.0
+diameter = 1e-3
+"""
+"""Two winches, each with a drum of its own."""
+OTHER = WINCH.replace("[0, 6]", "[1, 5]").replace("[48, 42]", "[43, 47]")
+
+AFTER = ", after the end of the flight at 3 s"
+
+
+@pytest.mark.parametrize(
+    ("sections", "told"),
+    [
+        (f"{WINCH}begin = 2.5\n{OTHER}begin = 9.0", "[[closing]] 2: begin is 9 s"),
+        (f"{WINCH}begin = 9.0", "[[closing]] 1: begin is 9 s"),
+        (f"{WINCH}begin = 2.5\nhold = 8.0", "[[closing]] 1: hold is 8 s"),
+        (f"{TETHER}begin = 9.0", "[tether]: begin is 9 s"),
+        (f"{TETHER}lock = 9.0", "[tether]: lock is 9 s"),
+        (
+            '[[restraints]]\ngroup = "corners"\n[[restraints]]\ngroup = "centre"\nbegin = 9.0',
+            "[[restraints]] 2: begin is 9 s",
+        ),
+        ('[[restraints]]\ngroup = "centre"\nuntil = 9.0', "[[restraints]] 1: until is 9 s"),
+        (
+            '[[initial.ejection]]\ngroup = "corners"\nspeed = 1.0\nhalf_angle_deg = 30.0\nrelease_times = [0, 9, 0, 0]',
+            "[initial]: the bullet at node 6 is let go at 11 s",
+        ),
+    ],
+)
+def test_a_time_after_the_flight_is_told_once_by_section_number_and_key(tmp_path, sections, told):
+    # nobody who reads it knows the numbers of drums
+    (finding,) = built(tmp_path, sections).findings
+    assert finding == f"{told}{AFTER}"
+
+
+def test_a_table_that_drives_a_reel_beyond_the_flight_s_end_is_told_by_its_lock(tmp_path):
+    (tmp_path / "paid.csv").write_text("t,paid_out\n2.0,0.0\n3.0,0.1\n")
+    driven = TETHER.replace('payout = "braked"\nbrake_force = 0.2', 'payout = { file = "paid.csv" }')
+    (finding,) = built(tmp_path, f"{driven}lock = 9.0").findings
+    assert finding == f"[tether]: lock is 9 s{AFTER}"
+
+
+def test_a_closing_that_waits_for_no_event_is_told_by_its_number(tmp_path):
+    with pytest.raises(ScenarioError, match=r"\[\[closing\]\] 2: .*no event 'alarm'"):
+        built(tmp_path, f"{WINCH}{OTHER}begin = 'alarm'")
+
+
+def test_a_motor_that_can_break_its_cord_is_noted_by_its_number_and_is_no_error(tmp_path):
+    (note,) = built(tmp_path, f"{WINCH}strength = 20.0\n{OTHER}strength = 19.0").notes
+    assert note == (
+        "[[closing]] 2: force is 20 N, more than the cord's strength, 19 N: the motor can break it; give less force, "
+        "or a stronger cord"
+    )
+    assert built(tmp_path, WINCH).notes == ()
+
+
 def test_a_tether_is_let_go_at_its_time_and_locked_at_its_event(tmp_path):
     sections = (
         f"{TETHER}begin = 2.4\n[initial]\nvelocity = [0.0, 0.0, 2.0]\n[[events]]\nfigure = 'distance'\n"

@@ -18,9 +18,10 @@ from netdae.damping import Dashpot
 from netdae.errors import InputError, RunError
 from netdae.material import Material
 from netdae.net import CableNet
+from netdae.restraints import Restraint
 from netdae.state import State
 from netdae.system import System
-from netdae.vtk import CELL_DATA, POINT_DATA, VtuSeries, read_frame, read_series
+from netdae.vtk import CELL_DATA, POINT_DATA, RESTRAINED, VtuSeries, read_frame, read_series
 
 CORD = Material(youngs_modulus=70e9, density=1390.0, diameter=1e-3, toe_strain=1e-4)
 
@@ -114,6 +115,32 @@ def test_groups_can_be_selected_in_paraview(tmp_path: Path) -> None:
     assert np.array_equal(np.flatnonzero(grid.cell_data["group_border"]), net.cables_of("border"))
     assert np.array_equal(np.flatnonzero(grid.point_data["group_a____b"]), [2, 3])  # no XML in a name
     assert not any(name in grid.point_data for name in ("group_all", "group_none"))
+
+
+def test_frames_tell_how_many_axes_of_a_node_are_restrained_while_they_are(tmp_path: Path) -> None:
+    net = CableNet.square(side=1.0, cells=2)
+    restraints = [
+        Restraint("corners", until=0.2),
+        Restraint("centre", axes="xz", begin=0.1, until="caught"),
+        Restraint("centre", axes="y"),
+    ]
+    system = System(net, CORD, damping=Dashpot(viscosity_time=1e-5), restraints=restraints)
+    fired: dict[str, float] = {}
+    series = VtuSeries(tmp_path / "series.pvd", fired=lambda: fired)
+    series.begin(system)
+    for state in states_of(system, [0.0, 0.1, 0.2, 0.3]):
+        if state.t > 0.25:
+            fired["caught"] = 0.25
+        series(state)
+    corners, centre = net.nodes_of("corners"), net.nodes_of("centre")
+    for (_, file), at_corners, at_centre in zip(
+        read_series(series.path), (3, 3, 0, 0), (1, 3, 3, 1), strict=True
+    ):
+        told = np.zeros(net.node_count)
+        told[corners], told[centre] = at_corners, at_centre
+        restrained = read_frame(file).point_data[RESTRAINED]
+        assert restrained.dtype == np.uint8
+        np.testing.assert_array_equal(restrained, told)
 
 
 def test_frames_are_raw_appended_and_compressed(tmp_path: Path) -> None:

@@ -47,7 +47,8 @@ def _lines(simulation: Simulation) -> Iterator[str]:
 
     system, net, times = simulation.system, simulation.system.net, simulation.times
     rtol, atol_position, atol_velocity = simulation.options.tolerances
-    mass, cords = float(system.mass.sum()), float(system.cords.linear_density @ net.rest_length)
+    mass = float(system.spatial_mass.sum())  # the inertia of drums is no mass
+    cords = float(system.cords.linear_density @ net.rest_length)
     frequency = stiffest_frequency(system)
     yield simulation.title
     yield f"nodes               {net.node_count}"
