@@ -11,12 +11,11 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from netdae.accordion_fold import accordion
     from netdae.damping import Dashpot, NoDamping, Rayleigh
     from netdae.ejection import Ejection, Launch, Spread, fired
     from netdae.errors import InputError, MeshError, NetdaeError, RunError, ScenarioError
-    from netdae.event_book import EventBook
-    from netdae.events import Event
+    from netdae.events.book import EventBook
+    from netdae.events.event import Event
     from netdae.flight import simulate
     from netdae.forces.air import AirDrag
     from netdae.forces.drag import BodyDrag
@@ -27,36 +26,37 @@ if TYPE_CHECKING:
     from netdae.initial import ejected, scaled
     from netdae.integration import integrate
     from netdae.material import Material
-    from netdae.mesh_io import read_net, write_net
+    from netdae.mesh.io import read_net, write_net
     from netdae.metrics import DeploymentMetrics
     from netdae.modes import frequencies
     from netdae.motions import Fixed, FunctionMotion, Steady, TableMotion
     from netdae.net import CableNet
     from netdae.observers import MetricsCsv, Progress
     from netdae.options import SolverOptions
-    from netdae.plots import plot
+    from netdae.plotting.sheets import plot
     from netdae.reels import Reel
-    from netdae.render import Rendering, render_movie, render_page, render_picture, render_sheet
-    from netdae.render_look import Look
+    from netdae.rendering.look import Look
+    from netdae.rendering.views import Rendering, render_movie, render_page, render_picture, render_sheet
     from netdae.restraints import Restraint
-    from netdae.scenario import read_scenario
+    from netdae.scenario.reader import read_scenario
     from netdae.signals import Function, Pulse, Table
-    from netdae.star_fold import star
     from netdae.state import State, Trajectory
     from netdae.statics import Equilibrium, equilibrium
-    from netdae.stowed import Canister
+    from netdae.stowing.accordion import accordion
+    from netdae.stowing.canister import Canister
+    from netdae.stowing.star import star
     from netdae.system import System
     from netdae.tether import Chaser, Tether
     from netdae.tethered import with_tether
     from netdae.vtk import VtuSeries
 
 _HOMES = {
-    "netdae.accordion_fold": ("accordion",),
+    "netdae.stowing.accordion": ("accordion",),
     "netdae.damping": ("Dashpot", "NoDamping", "Rayleigh"),
     "netdae.ejection": ("Ejection", "Launch", "Spread", "fired"),
     "netdae.errors": ("InputError", "MeshError", "NetdaeError", "RunError", "ScenarioError"),
-    "netdae.event_book": ("EventBook",),
-    "netdae.events": ("Event",),
+    "netdae.events.book": ("EventBook",),
+    "netdae.events.event": ("Event",),
     "netdae.forces.air": ("AirDrag",),
     "netdae.forces.drag": ("BodyDrag",),
     "netdae.forces.free_molecular": ("FreeMolecularDrag",),
@@ -66,25 +66,25 @@ _HOMES = {
     "netdae.initial": ("ejected", "scaled"),
     "netdae.integration": ("integrate",),
     "netdae.material": ("Material",),
-    "netdae.mesh_io": ("read_net", "write_net"),
+    "netdae.mesh.io": ("read_net", "write_net"),
     "netdae.metrics": ("DeploymentMetrics",),
     "netdae.modes": ("frequencies",),
     "netdae.motions": ("Fixed", "FunctionMotion", "Steady", "TableMotion"),
     "netdae.net": ("CableNet",),
     "netdae.observers": ("MetricsCsv", "Progress"),
     "netdae.options": ("SolverOptions",),
-    "netdae.plots": ("plot",),
+    "netdae.plotting.sheets": ("plot",),
     "netdae.reels": ("Reel",),
-    "netdae.render": ("Rendering", "render_movie", "render_page", "render_picture", "render_sheet"),
-    "netdae.render_look": ("Look",),
+    "netdae.rendering.views": ("Rendering", "render_movie", "render_page", "render_picture", "render_sheet"),
+    "netdae.rendering.look": ("Look",),
     "netdae.restraints": ("Restraint",),
-    "netdae.scenario": ("read_scenario",),
+    "netdae.scenario.reader": ("read_scenario",),
     "netdae.signals": ("Function", "Pulse", "Table"),
     "netdae.flight": ("simulate",),
-    "netdae.star_fold": ("star",),
+    "netdae.stowing.star": ("star",),
     "netdae.state": ("State", "Trajectory"),
     "netdae.statics": ("Equilibrium", "equilibrium"),
-    "netdae.stowed": ("Canister",),
+    "netdae.stowing.canister": ("Canister",),
     "netdae.system": ("System",),
     "netdae.tether": ("Chaser", "Tether"),
     "netdae.tethered": ("with_tether",),

@@ -12,7 +12,7 @@ from sksundae.cvode import CVODE
 
 from netdae._arrays import FloatArray
 from netdae.errors import RunError
-from netdae.ida import quiet
+from netdae.ida.stepper import quiet
 from netdae.ivp import FirstOrder
 from netdae.options import SolverOptions
 from netdae.restraints import Drive

@@ -22,8 +22,8 @@ from netdae.errors import RunError
 from netdae.metrics import COLUMNS
 from netdae.run_folder import FINISHED, METRICS, SUMMARY, RunFolder, fly
 from netdae.run_summary import net_figures, versions
-from netdae.scenario import Scenario
-from netdae.simulation import Simulation
+from netdae.scenario.reader import Scenario
+from netdae.scenario.simulation import Simulation
 from netdae.state import State
 from netdae.workers import Outcome, Tell
 

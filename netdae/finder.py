@@ -29,7 +29,7 @@ class Firing(Protocol):
 
 
 class Finder(Protocol):
-    """What finds the events of a flight, see `event_book.EventBook`."""
+    """What finds the events of a flight, see `events.book.EventBook`."""
 
     @property
     def needs_every_step(self) -> bool: ...  # noqa: D102

@@ -346,8 +346,8 @@ def _read_only(state: State) -> State:
 
 
 _STEPPERS = {
-    "ida": ("netdae.native_ida", "ida_stepper"),
-    "explicit": ("netdae.explicit", "ExplicitSolver"),
+    "ida": ("netdae.ida.native", "ida_stepper"),
+    "explicit": ("netdae.explicit.stepper", "ExplicitSolver"),
     "cvode_bdf": ("netdae.cvode", "CvodeSolver"),
     "cvode_adams": ("netdae.cvode", "CvodeSolver"),
 }

@@ -18,7 +18,7 @@ from netdae import linear_solver, matrices
 from netdae._arrays import BoolArray, FloatArray, IntArray
 from netdae.assembly import assembled
 from netdae.forces.cables import law_of, own_strain_of
-from netdae.simulation import Simulation
+from netdae.scenario.simulation import Simulation
 from netdae.state import State
 from netdae.system import System
 

@@ -22,9 +22,9 @@ from netdae.metrics import DeploymentMetrics
 from netdae.observers import MetricsCsv
 from netdae.recorder import Recorder
 from netdae.run_summary import LastStep, json_of, summary_of
-from netdae.scenario import Scenario
-from netdae.scenario_digest import digests_of
-from netdae.simulation import Simulation
+from netdae.scenario.digest import digests_of
+from netdae.scenario.reader import Scenario
+from netdae.scenario.simulation import Simulation
 
 SERIES, METRICS, TRAJECTORY = "series.pvd", "metrics.csv", "trajectory.npz"
 CHECKPOINT, SUMMARY, SCENARIO = "checkpoint.npz", "summary.json", "scenario.toml"

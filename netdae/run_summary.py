@@ -13,10 +13,10 @@ import numpy as np
 
 import netdae
 from netdae.ejection import velocity_after
+from netdae.explicit.stable_step import cheaper_method
 from netdae.gauge import Gauge
-from netdae.ida import SUNDIALS_VERSION
-from netdae.simulation import Simulation
-from netdae.stable_step import cheaper_method
+from netdae.ida.stepper import SUNDIALS_VERSION
+from netdae.scenario.simulation import Simulation
 from netdae.state import State
 from netdae.system import System
 from netdae.tether import CABLE_GROUPS, own_nodes_of

@@ -20,10 +20,10 @@ from netdae._arrays import FloatArray
 from netdae.checkpoint import Kept, read_kept
 from netdae.errors import InputError
 from netdae.run_folder import CHECKPOINT, FILES, FINISHED, SCENARIO, RunFolder
-from netdae.scenario import Scenario, read_scenario
-from netdae.scenario_digest import check_digests
-from netdae.scenario_schema import MOST_FRAMES
-from netdae.simulation import Simulation
+from netdae.scenario.digest import check_digests
+from netdae.scenario.reader import Scenario, read_scenario
+from netdae.scenario.schema import MOST_FRAMES
+from netdae.scenario.simulation import Simulation
 
 SAME_FRAME = 1e-6
 """Frames closer than this share of their spacing are one."""

@@ -154,9 +154,7 @@ def _accuracy_table(found: dict[str, Any]) -> str:
                 continue
             note = "" if row["state"] == "ok" else f"{row['state']}: the tightest that ended"
             numbers = (*_errors(point["errors"]), f"{point['excess']:.2f}")
-            lines.append(
-                (net, row["method"], point["label"], str(len(point["all_seconds"])), *numbers, note)
-            )
+            lines.append((net, row["method"], point["label"], str(len(point["all_seconds"])), *numbers, note))
     return _table(head, lines)
 
 

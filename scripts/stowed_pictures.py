@@ -17,10 +17,10 @@ import numpy as np
 import pyvista as pv
 
 import netdae as nd
-from netdae.accordion_fold import accordion
 from netdae.errors import InputError
-from netdae.star_fold import star
-from netdae.stowed import Canister
+from netdae.stowing.accordion import accordion
+from netdae.stowing.canister import Canister
+from netdae.stowing.star import star
 
 WIDTH, HEIGHT = 480, 480  # pixels of a panel
 AWAY = np.array([0.8, -1.4, 0.9])

@@ -20,7 +20,7 @@ from netdae.checkpoint import read_checkpoint
 from netdae.cli import main
 from netdae.forces.cables import Cables
 from netdae.jacobian_check import _colours_of, compare_jacobian, stiffest_frequency
-from netdae.scenario import Simulation
+from netdae.scenario.reader import Simulation
 from netdae.vtk import VtuSeries, read_frame, read_series
 
 ROOT = Path(__file__).parent.parent

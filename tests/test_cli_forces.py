@@ -10,7 +10,7 @@ from netdae.cli import main
 from netdae.cli.forces import _altitude_of
 from netdae.earth import circular_speed, density, mean_motion
 from netdae.forces.orbit import Orbit
-from netdae.scenario_schema import ScenarioData
+from netdae.scenario.schema import ScenarioData
 
 SCRIPTS = Path(__file__).parent.parent / "scripts"
 

@@ -13,7 +13,7 @@ from cyclopts import App, CycloptsError
 from netdae.cli.info import info
 from netdae.cli.mesh import app as mesh_app
 from netdae.errors import InputError
-from netdae.mesh_io import describe, read_net
+from netdae.mesh.io import describe, read_net
 
 MESHES = Path(__file__).parent.parent / "meshes"
 COMMANDS = re.findall(r"`netdae (mesh [^`]*)`", (MESHES / "README.md").read_text(encoding="utf-8"))

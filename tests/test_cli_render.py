@@ -6,10 +6,10 @@ import pytest
 from conftest import CORD
 from PIL import Image
 
-from netdae import movie_file
 from netdae.cli import main
 from netdae.damping import NoDamping
 from netdae.net import CableNet
+from netdae.rendering import movie_file
 from netdae.state import State
 from netdae.system import System
 from netdae.vtk import VtuSeries

@@ -18,8 +18,8 @@ from netdae.material import Cords, Material
 from netdae.metrics import DeploymentMetrics
 from netdae.net import CableNet
 from netdae.options import SolverOptions
+from netdae.scenario.simulation import Simulation
 from netdae.signals import Pulse, Table
-from netdae.simulation import Simulation
 from netdae.state import State
 from netdae.system import System
 

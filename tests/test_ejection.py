@@ -7,7 +7,6 @@ import pytest
 from conftest import CORD
 from numpy.random import default_rng
 
-from netdae.accordion_fold import accordion
 from netdae.damping import Dashpot
 from netdae.ejection import Ejection, Launch, Spread, check_bullets, fired, launch_of, velocity_after
 from netdae.errors import InputError
@@ -15,7 +14,8 @@ from netdae.initial import ejected, scaled
 from netdae.integration import integrate
 from netdae.net import CableNet
 from netdae.options import SolverOptions
-from netdae.stowed import Canister
+from netdae.stowing.accordion import accordion
+from netdae.stowing.canister import Canister
 from netdae.system import System
 
 NET, START = scaled(CableNet.square(side=2.0, cells=4), (0.5, 0.5, 1.0), velocity=(0.1, 0.0, 0.2))

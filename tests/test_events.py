@@ -11,17 +11,17 @@ from conftest import reference_flight
 
 from netdae.damping import NoDamping
 from netdae.errors import InputError
-from netdae.event_book import EventBook
-from netdae.event_figures import MEASURES
-from netdae.event_watches import NEAR
-from netdae.events import ACTIONS, FIGURES, ActionName, Event, FigureName, check_names, event_called
-from netdae.explicit import ExplicitSolver
+from netdae.events.book import EventBook
+from netdae.events.event import ACTIONS, FIGURES, ActionName, Event, FigureName, check_names, event_called
+from netdae.events.figures import MEASURES
+from netdae.events.watches import NEAR
+from netdae.explicit.stepper import ExplicitSolver
 from netdae.flight import simulate
+from netdae.ida.native import ida_stepper
 from netdae.integration import integrate
 from netdae.ivp import IvpSolver
 from netdae.material import Material
 from netdae.mouth import mouth_of, vector_area
-from netdae.native_ida import ida_stepper
 from netdae.net import CableNet
 from netdae.options import SolverOptions
 from netdae.restraints import Restraint

@@ -7,10 +7,11 @@ import pytest
 from conftest import SOFT, line, random_net, random_velocities, reference_flight
 from scipy.linalg import eigh
 
-from netdae import explicit
 from netdae.damping import Dashpot, NoDamping, Rayleigh
 from netdae.errors import InputError, RunError
-from netdae.explicit import CHUNK, ExplicitSolver
+from netdae.explicit import stepper as explicit
+from netdae.explicit.stable_step import cheaper_method
+from netdae.explicit.stepper import CHUNK, ExplicitSolver
 from netdae.flight import simulate
 from netdae.forces.loads import Gravity, NodalLoad
 from netdae.linear_solver import full_jacobian
@@ -19,7 +20,6 @@ from netdae.motions import FunctionMotion, TableMotion
 from netdae.options import SolverOptions
 from netdae.restraints import Restraint
 from netdae.signals import Pulse, Table
-from netdae.stable_step import cheaper_method
 from netdae.state import State
 from netdae.system import System
 

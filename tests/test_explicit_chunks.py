@@ -9,7 +9,7 @@ import pytest
 from conftest import SOFT, random_net, random_velocities, reference_flight
 
 from netdae.damping import Dashpot, NoDamping, Rayleigh
-from netdae.explicit import ExplicitSolver
+from netdae.explicit.stepper import ExplicitSolver
 from netdae.forces.loads import Gravity, NodalLoad
 from netdae.forces.motor import Motor
 from netdae.forces.orbit import Orbit

@@ -13,19 +13,19 @@ from scipy.linalg import eigh
 from test_closing import closing_net, options_for, pair
 from test_drawcord import STIFF, energy_of, polygon, ringed, system_of, winding
 
-from netdae import explicit
 from netdae.closing import Haul
 from netdae.damping import Dashpot, NoDamping
 from netdae.errors import RunError
-from netdae.explicit import ExplicitSolver
+from netdae.explicit import stepper as explicit
+from netdae.explicit.forces import KernelForces
+from netdae.explicit.stepper import ExplicitSolver
 from netdae.flight import simulate
 from netdae.forces.drawcord import SlidingCord
 from netdae.forces.loads import NodalLoad
 from netdae.forces.motor import Motor
 from netdae.forces.rings import Rings
-from netdae.kernel_cordage import friction_rate
-from netdae.kernel_forces import KernelForces
-from netdae.kernel_strings import string_pulls, string_room_of
+from netdae.kernels.cordage import friction_rate
+from netdae.kernels.strings import string_pulls, string_room_of
 from netdae.linear_solver import full_jacobian
 from netdae.mouth import vector_area
 from netdae.net import CableNet

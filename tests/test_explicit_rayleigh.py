@@ -9,15 +9,15 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from netdae.damping import NoDamping, Rayleigh
-from netdae.explicit import ExplicitSolver
+from netdae.explicit.forces import KernelForces
+from netdae.explicit.stable_step import stable_step
+from netdae.explicit.stepper import ExplicitSolver
 from netdae.flight import simulate
-from netdae.kernel_forces import KernelForces
-from netdae.kernel_rayleigh import ImplicitDamping, damp
+from netdae.kernels.rayleigh import ImplicitDamping, damp
 from netdae.motions import FunctionMotion
 from netdae.net import CableNet
 from netdae.options import SolverOptions
 from netdae.restraints import Restraint
-from netdae.stable_step import stable_step
 from netdae.state import State
 from netdae.system import System
 

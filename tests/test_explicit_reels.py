@@ -7,9 +7,10 @@ import pytest
 from conftest import SOFT, random_net
 from scipy.linalg import eigh
 
-from netdae import explicit
 from netdae.damping import Dashpot, NoDamping
-from netdae.explicit import ExplicitSolver
+from netdae.explicit import stepper as explicit
+from netdae.explicit.stable_step import stable_step
+from netdae.explicit.stepper import ExplicitSolver
 from netdae.flight import simulate
 from netdae.forces.loads import Gravity, NodalLoad
 from netdae.linear_solver import full_jacobian
@@ -19,7 +20,6 @@ from netdae.net import CableNet
 from netdae.options import SolverOptions
 from netdae.reels import CREEP, Reel
 from netdae.restraints import Restraint
-from netdae.stable_step import stable_step
 from netdae.state import State
 from netdae.system import System
 

@@ -25,7 +25,7 @@ from netdae.net import CableNet
 from netdae.options import SolverOptions
 from netdae.restraints import Restraint
 from netdae.scales import Fall, scales_of
-from netdae.scenario import read_scenario
+from netdae.scenario.reader import read_scenario
 from netdae.signals import Pulse
 from netdae.state import State
 from netdae.system import System

@@ -55,7 +55,7 @@ def pushed(of, node=2):
 @pytest.fixture
 def from_python(monkeypatch):
     """IDA driven through scikit-sundae, also where the compiled driver could."""
-    monkeypatch.setitem(integration._STEPPERS, "ida", ("netdae.ida", "IdaSolver"))
+    monkeypatch.setitem(integration._STEPPERS, "ida", ("netdae.ida.stepper", "IdaSolver"))
 
 
 def fly(system, end=0.1, **options):

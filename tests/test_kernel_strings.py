@@ -7,7 +7,7 @@ from numpy.random import default_rng
 from netdae.forces.drawcord import SlidingCord
 from netdae.forces.motor import Motor
 from netdae.forces.rings import Cord
-from netdae.kernel_strings import (
+from netdae.kernels.strings import (
     add_motor_pulls,
     add_string_pulls,
     motor_slope,

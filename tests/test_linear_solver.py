@@ -18,7 +18,7 @@ from netdae.forces.drawcord import SlidingCord
 from netdae.forces.loads import Gravity, NodalLoad
 from netdae.forces.protocol import Account, Tangent
 from netdae.forces.rings import Cord
-from netdae.ida import IdaSolver
+from netdae.ida.stepper import IdaSolver
 from netdae.linear_solver import CondensedSolver, full_jacobian
 from netdae.motions import FunctionMotion
 from netdae.net import CableNet
@@ -178,8 +178,8 @@ def test_jacobian_is_the_derivative_of_the_residual(system, cj):
 
 @pytest.mark.parametrize("products", ["frozen", "true"])
 def test_ida_calls_solve_product_solve(monkeypatch, products):
-    """What `ida` says that its frozen products rest on; another version of SUNDIALS may break it."""
-    monkeypatch.setitem(integration._STEPPERS, "ida", ("netdae.ida", "IdaSolver"))
+    """What `ida.stepper` says that its frozen products rest on; another version of SUNDIALS may break it."""
+    monkeypatch.setitem(integration._STEPPERS, "ida", ("netdae.ida.stepper", "IdaSolver"))
     calls = []
 
     def spy(name, letter):
@@ -217,7 +217,7 @@ def test_ida_calls_solve_product_solve(monkeypatch, products):
 
 def test_frozen_products_need_at_most_a_tenth_more_steps(monkeypatch):
     """At standard; past the first snaps steps are a matter of chance, hence the sum over three starts."""
-    monkeypatch.setitem(integration._STEPPERS, "ida", ("netdae.ida", "IdaSolver"))
+    monkeypatch.setitem(integration._STEPPERS, "ida", ("netdae.ida.stepper", "IdaSolver"))
     steps = {"frozen": 0, "true": 0}
     for seed in range(3):
         system, start = reference_flight(seed=seed)
@@ -229,7 +229,7 @@ def test_frozen_products_need_at_most_a_tenth_more_steps(monkeypatch):
 
 
 def test_frozen_products_need_at_most_a_tenth_more_steps_with_rayleigh_damping(monkeypatch):
-    monkeypatch.setitem(integration._STEPPERS, "ida", ("netdae.ida", "IdaSolver"))
+    monkeypatch.setitem(integration._STEPPERS, "ida", ("netdae.ida.stepper", "IdaSolver"))
     system, start = reference_flight(5, damping=Rayleigh(beta=1e-4))
     steps = {}
     for products in ("frozen", "true"):

@@ -7,7 +7,7 @@ import pyvista
 from netdae.damping import NoDamping
 from netdae.errors import InputError
 from netdae.material import Cords, Material
-from netdae.mesh_io import read_net
+from netdae.mesh.io import read_net
 from netdae.net import CableNet
 from netdae.system import System
 

@@ -11,7 +11,7 @@ import pyvista
 from scipy.spatial.distance import pdist
 
 from netdae.errors import MeshError
-from netdae.mesh_io import SUFFIXES, describe, read_net, write_net
+from netdae.mesh.io import SUFFIXES, describe, read_net, write_net
 from netdae.net import CableNet
 
 # gmsh's points of the frame, and its lines between them

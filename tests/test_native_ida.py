@@ -9,16 +9,19 @@ import numpy as np
 import pytest
 from conftest import SOFT, line, random_net, random_velocities, reference_flight
 
-from netdae import ida_memory, integration, native_ida, sundials
+from netdae import integration
 from netdae.damping import Dashpot, NoDamping, Rayleigh
 from netdae.errors import RunError
 from netdae.flight import simulate
 from netdae.forces.loads import Gravity, NodalLoad
-from netdae.ida import IdaSolver
+from netdae.ida import memory as ida_memory
+from netdae.ida import native as native_ida
+from netdae.ida import sundials
+from netdae.ida.native import NativeIda, ida_stepper
+from netdae.ida.stepper import IdaSolver
 from netdae.integration import integrate
 from netdae.material import Material
 from netdae.motions import Steady
-from netdae.native_ida import NativeIda, ida_stepper
 from netdae.options import SolverOptions
 from netdae.restraints import Restraint
 from netdae.signals import Pulse, Table
@@ -63,7 +66,7 @@ def made(name):
 
 
 def driven_by(monkeypatch, driver):
-    where = {"compiled": ("netdae.native_ida", "ida_stepper"), "python": ("netdae.ida", "IdaSolver")}
+    where = {"compiled": ("netdae.ida.native", "ida_stepper"), "python": ("netdae.ida.stepper", "IdaSolver")}
     monkeypatch.setitem(integration._STEPPERS, "ida", where[driver])
 
 

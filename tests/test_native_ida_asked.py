@@ -12,10 +12,10 @@ from netdae.forces.loads import Gravity, NodalLoad
 from netdae.forces.orbit import Orbit
 from netdae.forces.protocol import Account, Tangent
 from netdae.forces.solar import SolarPressure
-from netdae.ida_books import RATES
+from netdae.ida.books import RATES
+from netdae.ida.native import NativeIda, ida_stepper
 from netdae.linear_solver import CondensedSolver
 from netdae.motions import FunctionMotion, TableMotion
-from netdae.native_ida import NativeIda, ida_stepper
 from netdae.options import SolverOptions
 from netdae.restraints import Restraint
 from netdae.signals import Table

@@ -8,7 +8,7 @@ from conftest import SOFT, random_net, random_velocities
 from numba import njit
 from numpy.random import default_rng
 
-from netdae import ida_dyads, ida_memory, integration, native_ida
+from netdae import integration
 from netdae.damping import Dashpot, NoDamping, Rayleigh
 from netdae.errors import RunError
 from netdae.flight import simulate
@@ -20,14 +20,17 @@ from netdae.forces.motor import Motor
 from netdae.forces.orbit import Orbit
 from netdae.forces.rings import Rings
 from netdae.forces.solar import SolarPressure
-from netdae.ida_books import RATES, rates
-from netdae.ida_kernel import residual
-from netdae.ida_layout import matrix_of, net_of, record_at
-from netdae.ida_matrix import assemble, factor, solve
+from netdae.ida import dyads as ida_dyads
+from netdae.ida import memory as ida_memory
+from netdae.ida import native as native_ida
+from netdae.ida.books import RATES, rates
+from netdae.ida.kernel import residual
+from netdae.ida.layout import matrix_of, net_of, record_at
+from netdae.ida.matrix import assemble, factor, solve
+from netdae.ida.native import NativeIda, ida_stepper
 from netdae.linear_solver import CondensedSolver
 from netdae.material import Material
 from netdae.motions import Steady
-from netdae.native_ida import NativeIda, ida_stepper
 from netdae.net import CableNet
 from netdae.options import SolverOptions
 from netdae.reels import Reel
@@ -249,7 +252,7 @@ def test_the_newton_matrix_is_that_of_the_condensed_solver(name, slack, cj):
 
 
 def driven_by(monkeypatch, driver):
-    where = {"compiled": ("netdae.native_ida", "ida_stepper"), "python": ("netdae.ida", "IdaSolver")}
+    where = {"compiled": ("netdae.ida.native", "ida_stepper"), "python": ("netdae.ida.stepper", "IdaSolver")}
     monkeypatch.setitem(integration._STEPPERS, "ida", where[driver])
 
 

@@ -16,10 +16,10 @@ import pytest
 from netdae.errors import InputError
 from netdae.gauge import Cordage
 from netdae.metrics import COLUMNS
-from netdae.plot_drawing import draw
-from netdae.plot_figures import DESIGNS, NAMES
-from netdae.plot_runs import read_run
-from netdae.plots import plot
+from netdae.plotting.drawing import draw
+from netdae.plotting.figures import DESIGNS, NAMES
+from netdae.plotting.runs import read_run
+from netdae.plotting.sheets import plot
 
 BASE = tuple(name for name in COLUMNS if "impulse" not in name and name not in Cordage._fields)
 """As earlier runs have them, which are plotted still."""

@@ -15,8 +15,8 @@ import pytest
 
 from netdae.cli import main
 from netdae.options import PRESETS
-from netdae.scenario_build import Build
-from netdae.scenario_schema import ScenarioData
+from netdae.scenario.build import Build
+from netdae.scenario.schema import ScenarioData
 
 PROJECT = Path(__file__).resolve().parent.parent
 README = (PROJECT / "README.md").read_text(encoding="utf-8")

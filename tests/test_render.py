@@ -16,17 +16,17 @@ import pytest
 from conftest import CORD
 from PIL import Image
 
-from netdae import movie_file
 from netdae.damping import NoDamping
 from netdae.errors import InputError
 from netdae.net import CableNet
-from netdae.render import Look, render_page, render_picture, render_sheet
-from netdae.render import render_movie as movie_of
-from netdae.render_camera import extent_of, view_of
-from netdae.render_colours import HELD, PALE, peak_of, round_down, round_up, tension_map
-from netdae.render_frames import cast_of, read_footage
-from netdae.render_labels import font_size, footer_height
-from netdae.render_scene import Stage, room_for
+from netdae.rendering import movie_file
+from netdae.rendering.camera import extent_of, view_of
+from netdae.rendering.colours import HELD, PALE, peak_of, round_down, round_up, tension_map
+from netdae.rendering.frames import cast_of, read_footage
+from netdae.rendering.labels import font_size, footer_height
+from netdae.rendering.scene import Stage, room_for
+from netdae.rendering.views import Look, render_page, render_picture, render_sheet
+from netdae.rendering.views import render_movie as movie_of
 from netdae.restraints import Restraint
 from netdae.state import State
 from netdae.system import System

@@ -9,7 +9,7 @@ from netdae.damping import Dashpot, NoDamping
 from netdae.errors import InputError
 from netdae.flight import simulate
 from netdae.forces.loads import Gravity
-from netdae.ida import IdaSolver
+from netdae.ida.stepper import IdaSolver
 from netdae.motions import FunctionMotion, TableMotion
 from netdae.net import CableNet
 from netdae.options import SolverOptions

@@ -9,7 +9,7 @@ import pytest
 from test_bad_input import MISTAKES, SCENARIO
 
 import netdae as nd
-from netdae.scenario_schema import ScenarioData
+from netdae.scenario.schema import ScenarioData
 from netdae.tables import read_table
 
 ROOT = Path(__file__).parent.parent

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from netdae.errors import ScenarioError
-from netdae.scenario_build import Build
-from netdae.scenario_schema import ScenarioData
+from netdae.scenario.build import Build
+from netdae.scenario.schema import ScenarioData
 
 SCENARIO = """
 [net]

@@ -11,12 +11,12 @@ from netdae.closing import Drawcord, Winch
 from netdae.errors import InputError
 from netdae.net import CableNet
 from netdae.options import SolverOptions
-from netdae.scenario import read_scenario
-from netdae.scenario_closed import closing_of, closing_options
-from netdae.scenario_closing import ClosingEntry
-from netdae.scenario_problems import bare, first_problem
-from netdae.scenario_schema import Solver
-from netdae.scenario_section import Section
+from netdae.scenario.closed import closing_of, closing_options
+from netdae.scenario.closing import ClosingEntry
+from netdae.scenario.problems import bare, first_problem
+from netdae.scenario.reader import read_scenario
+from netdae.scenario.schema import Solver
+from netdae.scenario.section import Section
 from netdae.state import State
 
 CORD = """

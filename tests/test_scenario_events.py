@@ -10,10 +10,10 @@ import pytest
 from pydantic import Field, ValidationError
 
 from netdae.errors import InputError
-from netdae.events import NEEDS, Event, event_called
-from netdae.scenario_events import EventEntry, event_of
-from netdae.scenario_problems import first_problem
-from netdae.scenario_section import Section
+from netdae.events.event import NEEDS, Event, event_called
+from netdae.scenario.events import EventEntry, event_of
+from netdae.scenario.problems import first_problem
+from netdae.scenario.section import Section
 
 EVENTS = """\
 [[events]]
@@ -131,6 +131,6 @@ def test_a_restraint_refers_to_an_event_by_its_name():
 
 
 def test_the_section_is_read_without_the_heavy_libraries():
-    program = "import netdae.scenario_events, sys; print(*[m for m in ('numpy', 'scipy', 'numba') if m in sys.modules])"
+    program = "import netdae.scenario.events, sys; print(*[m for m in ('numpy', 'scipy', 'numba') if m in sys.modules])"
     found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert found.stdout.split() == []

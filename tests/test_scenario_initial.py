@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from netdae.accordion_fold import accordion
 from netdae.errors import InputError
 from netdae.initial import ejected, scaled
 from netdae.net import CableNet
-from netdae.scenario_initial import Initial, start_of
-from netdae.scenario_problems import first_problem
-from netdae.star_fold import star
-from netdae.stowed import Canister
+from netdae.scenario.initial import Initial, start_of
+from netdae.scenario.problems import first_problem
+from netdae.stowing.accordion import accordion
+from netdae.stowing.canister import Canister
+from netdae.stowing.star import star
 
 NET = CableNet.square(side=5.0, cells=10)
 MASSES = {"corners": 0.5}

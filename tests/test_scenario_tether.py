@@ -10,11 +10,11 @@ from pydantic import ValidationError
 from netdae.errors import InputError
 from netdae.motions import Fixed, TableMotion
 from netdae.net import CableNet
-from netdae.scenario_problems import first_problem
-from netdae.scenario_schema import Solver
-from netdae.scenario_section import Section
-from netdae.scenario_tether import TetherEntry
-from netdae.scenario_tethered import tether_of
+from netdae.scenario.problems import first_problem
+from netdae.scenario.schema import Solver
+from netdae.scenario.section import Section
+from netdae.scenario.tether import TetherEntry
+from netdae.scenario.tethered import tether_of
 from netdae.state import State
 from netdae.tethered import with_tether
 

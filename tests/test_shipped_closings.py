@@ -16,9 +16,9 @@ import numpy as np
 import pytest
 
 from netdae.cli import main
-from netdae.scenario_build import Build
-from netdae.scenario_schema import ScenarioData
-from netdae.simulation import Simulation
+from netdae.scenario.build import Build
+from netdae.scenario.schema import ScenarioData
+from netdae.scenario.simulation import Simulation
 from netdae.state import State
 
 SCRIPTS = Path(__file__).resolve().parent.parent / "scripts"

@@ -19,13 +19,13 @@ from scipy.spatial import cKDTree
 from scipy.spatial.distance import pdist
 from scipy.spatial.transform import Rotation
 
-from netdae.accordion_fold import accordion, meander
 from netdae.errors import InputError
 from netdae.net import CableNet
-from netdae.opening import crossings_of, opening_finding
-from netdae.star_fold import star
 from netdae.state import State
-from netdae.stowed import Canister, Plane, check_pack, stretch_of, taut_finding, together_finding
+from netdae.stowing.accordion import accordion, meander
+from netdae.stowing.canister import Canister, Plane, check_pack, stretch_of, taut_finding, together_finding
+from netdae.stowing.opening import crossings_of, opening_finding
+from netdae.stowing.star import star
 
 ROUND_OFF = 1e-12  # coordinates of metres, a few operations each
 
@@ -89,7 +89,7 @@ def test_no_cable_of_a_star_is_taut_and_no_knots_meet(name, lengths):
 
 @pytest.mark.parametrize("name", NETS)
 def test_a_star_brings_no_two_points_of_the_net_farther_apart(name):
-    """Stronger than for cables: the bound in `star_fold` holds for the whole map."""
+    """Stronger than for cables: the bound in `stowing.star` holds for the whole map."""
     net = NETS[name]
     for diameter, pleats in ((0.5, None), (4.0, 5), (4.0, 9), (2.5, None)):
         _, start = star(net, Canister(depth=0.5, diameter=diameter), pleats=pleats, slack=0.05)

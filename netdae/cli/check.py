@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from netdae.simulation import Simulation
+    from netdae.scenario.simulation import Simulation
 
 
 def check(scenario: Path) -> None:
@@ -20,7 +20,7 @@ def check(scenario: Path) -> None:
     """
     from netdae.errors import RunError
     from netdae.jacobian_check import LIMIT, compare_jacobian
-    from netdae.scenario import read_scenario
+    from netdae.scenario.reader import read_scenario
 
     simulation = read_scenario(scenario).build()
     for line in _lines(simulation):

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
     from netdae.ensemble import Ensemble
     from netdae.ensemble_folder import EnsembleFolder
-    from netdae.scenario import Scenario
-    from netdae.simulation import Simulation
+    from netdae.scenario.reader import Scenario
+    from netdae.scenario.simulation import Simulation
     from netdae.workers import Outcome
 
 _log = logging.getLogger(__name__)

@@ -40,7 +40,7 @@ def forces(
         TOML file.
     """
     from netdae.force_ranking import ranking_of
-    from netdae.scenario import read_scenario
+    from netdae.scenario.reader import read_scenario
 
     simulation = read_scenario(scenario).build()
     height, origin = _altitude_of(simulation.system, altitude, simulation.start.t)

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from netdae._arrays import FloatArray, IntArray
-    from netdae.mesh_io import Description
+    from netdae.mesh.io import Description
 
 
 def info(
@@ -22,7 +22,7 @@ def info(
     ] = False,
 ) -> None:
     """Say what is in a mesh file: nodes, cables, groups, data, connected parts."""
-    from netdae.mesh_io import describe
+    from netdae.mesh.io import describe
 
     for line in _lines(mesh, describe(mesh, surface_edges=surface_edges)):
         print(line)

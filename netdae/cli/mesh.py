@@ -103,7 +103,7 @@ def diamond(
 
 
 def _write(net: CableNet, output: Path, overwrite: bool) -> None:
-    from netdae.mesh_io import write_net
+    from netdae.mesh.io import write_net
 
     write_net(net, output, overwrite=overwrite)
     print(

@@ -43,7 +43,7 @@ def plot(
     import logging
 
     logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it would tell of its caches
-    from netdae.plots import FORMATS, plot
+    from netdae.plotting.sheets import FORMATS, plot
 
     files = plot(dirs, output, formats=FORMATS if format == "both" else (format,), only=only or ())
     pictures = "picture" if len(files) == 1 else "pictures"

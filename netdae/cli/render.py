@@ -14,7 +14,7 @@ from netdae.cli.arguments import place, whole_number
 from netdae.errors import InputError
 
 if TYPE_CHECKING:
-    from netdae.render import Rendering
+    from netdae.rendering.views import Rendering
 
 _MOVIES, _PAGES = (".mp4", ".gif"), (".html", ".htm")
 
@@ -124,8 +124,8 @@ def render(
     kind = _kind_of(output, frame=frame, time=time, frames=frames, sheet=sheet, movie=movie, html=html)
     if rate is not None and kind in ("picture", "sheet"):
         raise InputError("--rate is for movies and pages: give --movie or --html too, or leave it out")
-    from netdae.render import RATE, render_movie, render_page, render_picture, render_sheet
-    from netdae.render_look import Look
+    from netdae.rendering.look import Look
+    from netdae.rendering.views import RATE, render_movie, render_page, render_picture, render_sheet
 
     look = Look(view=view, camera=camera, fit=fit, size=size, peak=peak)
     pace = RATE if rate is None else rate

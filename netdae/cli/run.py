@@ -18,8 +18,8 @@ from netdae.errors import InputError
 
 if TYPE_CHECKING:
     from netdae.run_folder import RunFolder
-    from netdae.scenario import Scenario
-    from netdae.simulation import Simulation
+    from netdae.scenario.reader import Scenario
+    from netdae.scenario.simulation import Simulation
     from netdae.state import State
     from netdae.system import System
 
@@ -106,7 +106,7 @@ def run(
     given = [name for name, value in of_ensemble.items() if value is not None]
     if ensemble is None and given:
         raise InputError(f"{given[0]} is for ensembles: give --ensemble N too, or leave it out")
-    from netdae.scenario import read_scenario
+    from netdae.scenario.reader import read_scenario
 
     told = read_scenario(scenario)
     target = output or Path(f"{scenario.stem}_out")

@@ -1,0 +1,1 @@
+"""Events of a flight: what is watched, and what has been found."""

@@ -1,0 +1,247 @@
+"""Events: instants at which a figure of the flight passes a value, and what is then done.
+
+An event is data: which of `FIGURES`, which value, which of `ACTIONS`. It is found between the integrator's internal
+steps by `events.book.EventBook`. A further figure is an entry here and its function in `events.figures.MEASURES`; a
+further action is an entry here and its doing in the driver.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+from typing import Literal, NamedTuple
+
+from netdae.errors import InputError
+
+FigureName = Literal[
+    "largest_mouth_area",
+    "mouth_area",
+    "corner_area",
+    "distance",
+    "chaser_distance",
+    "tether_taut",
+    "tether_tension",
+    "all_slack",
+    "tension_over_strength",
+]
+ActionName = Literal["none", "stop", "start_closing", "lock_tether", "next_phase"]
+Need = Literal["mouth", "corners", "tether", "chaser", "strength", "closing"]
+
+NEEDS: Mapping[Need, str] = {
+    "mouth": "a mouth: name the group of its closed loop, in [metrics] as mouth",
+    "corners": "three corners or more on a mouth: name their node group, in [metrics] as corners",
+    "tether": "a tether: add [tether], or a cable group of that name",
+    "chaser": "a chaser at the end of a tether: add [tether], or a node group of that name",
+    "strength": "a cord with a strength: give it to a [[material]]",
+    "closing": "what closes it: add [[closing]] without begin",
+}
+"""What a net has to have for a figure or an action."""
+
+
+class Figure(NamedTuple):
+    """What a figure is, when it fires, and how far it has to go back before it may fire again.
+
+    what, unit : in words, and SI
+    direction : in which it passes the value, or "both"
+    takes_value, default, above, below : whether events give a value, its default, and the open range of it
+    needs : what the net has to have
+    fast : whether it can pass a value and come back within milliseconds, as tensions do
+    back_share, back_least, back_of_reach : a repeated event is armed again once its figure has gone back from
+        the value by back_share of the value, by back_least in its unit, and by back_of_reach of the farthest that it
+        has been there so far
+    """
+
+    what: str
+    unit: str
+    direction: Literal["up", "down", "both"] = "both"
+    takes_value: bool = True
+    default: float | None = None
+    above: float = 0.0
+    below: float = math.inf
+    needs: Need | None = None
+    fast: bool = False
+    back_share: float = 0.01
+    back_least: float = 0.0
+    back_of_reach: float = 0.0
+
+
+# Lengths and areas go back by 1 %, the fall by which the largest mouth area is told. Bullet paths are known to 1 mm.
+# A tether that has come together by 1 % is slack anew: cords of net and tether stretch by less than 0.1 % in flight,
+# so that their ringing does not arm the event again. How far cables stretch is known from the flight only, so that
+# all_slack asks for a tenth of their largest strain so far. In ringing, tension swings between nothing and twice its
+# mean: another load is one that comes after half the value.
+FIGURES: Mapping[FigureName, Figure] = {
+    "largest_mouth_area": Figure(
+        "the largest mouth area so far, once the area has fallen by the share `value` of it",
+        "1",
+        "down",
+        default=0.01,
+        below=1.0,
+        needs="mouth",
+    ),
+    "mouth_area": Figure("area of the mouth", "m²", needs="mouth"),
+    "corner_area": Figure("area of the loop through the corners", "m²", needs="corners"),
+    "distance": Figure(
+        "way of the net's centre of mass along its first momentum", "m", above=-math.inf, back_least=1e-3
+    ),
+    "chaser_distance": Figure(
+        "distance from the net's centre of mass to the chaser", "m", needs="chaser", back_least=1e-3
+    ),
+    "tether_taut": Figure(
+        "largest strain E11 of the tether through zero",
+        "1",
+        "up",
+        takes_value=False,
+        needs="tether",
+        fast=True,
+        back_least=0.01,
+    ),
+    "tether_tension": Figure(
+        "largest tension of the tether, without the dashpot's share",
+        "N",
+        "up",
+        needs="tether",
+        fast=True,
+        back_share=0.5,
+    ),
+    "all_slack": Figure(
+        "largest strain E11 of all cables through zero",
+        "1",
+        "down",
+        takes_value=False,
+        fast=True,
+        back_of_reach=0.1,
+    ),
+    "tension_over_strength": Figure(
+        "largest ratio of tension, without the dashpot's share, to strength",
+        "1",
+        "up",
+        default=1.0,
+        needs="strength",
+        fast=True,
+        back_share=0.5,
+    ),
+}
+"""The figures that an event may watch."""
+
+
+class Action(NamedTuple):
+    """What an action does, in words, and what the net has to have for it."""
+
+    what: str
+    needs: Need | None = None
+
+
+ACTIONS: Mapping[ActionName, Action] = {
+    "none": Action("the event is recorded"),
+    "stop": Action("the flight ends"),
+    "start_closing": Action("winches and drawcords without a begin of their own start", "closing"),
+    "lock_tether": Action("the tether is paid out no further", "tether"),
+    "next_phase": Action("the integration starts afresh"),
+}
+"""What may be done at an event; restraints can begin and end at any event by its name."""
+
+
+@dataclass(frozen=True)
+class Event:
+    """An instant of the flight at which a figure passes a value.
+
+    figure : one of `FIGURES`
+    value : in the figure's unit; None where it has none, or for the default
+    action : one of `ACTIONS`
+    repeat : whether it may happen again, after the figure has gone back, see `Figure`
+    name : by which summary and restraints call it; by default figure and value, for instance "mouth_area_4.5"
+
+    Raises InputError for an unknown figure or action, or a value that is missing, out of range or too much.
+    """
+
+    figure: FigureName
+    value: float | None = None
+    action: ActionName = "none"
+    repeat: bool = False
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        if self.figure not in FIGURES:
+            raise InputError(f"event: figure is {self.figure!r}: {_choice(self.figure, FIGURES)}")
+        if not self.name:
+            tail = "" if self.value is None else f"_{self.value:.9g}"
+            object.__setattr__(self, "name", f"{self.figure}{tail}")
+        if self.action not in ACTIONS:
+            raise InputError(
+                f"event {self.name!r}: action is {self.action!r}: {_choice(self.action, ACTIONS)}"
+            )
+        facts = FIGURES[self.figure]
+        if not facts.takes_value:
+            if self.value is not None:
+                raise InputError(
+                    f"event {self.name!r}: value is {self.value:g}, but {self.figure} takes none: leave it out"
+                )
+            return
+        if self.value is None and facts.default is None:
+            raise InputError(
+                f"event {self.name!r}: value is missing: give one in {facts.unit} for {self.figure}"
+            )
+        if not (math.isfinite(self.level) and facts.above < self.level < facts.below):
+            expected = "a finite number"
+            if facts.above > -math.inf:
+                expected += f" above {facts.above:g}"
+            if facts.below < math.inf:
+                expected += f" and below {facts.below:g}"
+            raise InputError(
+                f"event {self.name!r}: value is {self.level:g}, expected {expected} for {self.figure}"
+            )
+
+    @property
+    def level(self) -> float:
+        """The value in force; zero for a figure without one."""
+        if self.value is not None:
+            return self.value
+        default = FIGURES[self.figure].default
+        return 0.0 if default is None else default
+
+    @property
+    def needs(self) -> dict[Need, str]:
+        """What the net has to have, and for what: its figure or its action."""
+        both = (
+            (FIGURES[self.figure].needs, f"figure {self.figure}"),
+            (ACTIONS[self.action].needs, f"action {self.action}"),
+        )
+        return {need: what for need, what in reversed(both) if need is not None}
+
+
+def check_needs(event: Event, has: Collection[Need]) -> None:
+    """Raise InputError where an event needs something that the net does not have."""
+    for need, what in event.needs.items():
+        if need not in has:
+            raise InputError(f"event {event.name!r}: {what} needs {NEEDS[need]}")
+
+
+def check_names(events: Sequence[Event]) -> None:
+    """Raise InputError where two events have one name."""
+    names = [event.name for event in events]
+    for number, name in enumerate(names):
+        if name in names[:number]:
+            raise InputError(
+                f"event {name!r}: two events have this name, numbers {names.index(name) + 1} and {number + 1}: "
+                "give one of them a name of its own"
+            )
+
+
+def event_called(name: str, events: Iterable[Event], *, by: str) -> Event:
+    """The event that `by`, for instance a restraint, refers to; raises InputError that names those there are."""
+    by_name = {event.name: event for event in events}
+    if name not in by_name:
+        none = "the flight has no events at all, add one under [[events]] or give a time in s"
+        there = _choice(name, by_name) if by_name else none
+        raise InputError(f"{by}: there is no event {name!r}: {there}")
+    return by_name[name]
+
+
+def _choice(found: object, names: Iterable[str]) -> str:
+    known = list(names)
+    near = get_close_matches(found, known, n=1, cutoff=0.6) if isinstance(found, str) else []
+    hint = f"did you mean {near[0]!r}? " if near else ""
+    return f"{hint}Choose one of {', '.join(known)}" if hint else f"choose one of {', '.join(known)}"

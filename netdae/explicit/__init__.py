@@ -1,0 +1,1 @@
+"""The explicit method: a compiled velocity Verlet, its step, its chunks and the kicks between them."""

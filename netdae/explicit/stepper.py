@@ -1,0 +1,276 @@
+"""The explicit method: velocity Verlet in chunks of steps, with a step length that is known to be stable.
+
+The step is the stable one of `stable_step` for limits of strain and of the rate of friction above those so far, and for
+rest lengths on reels below those there are. A step that passes one ends its chunk, and the limits are set anew. Forces
+that the kernel does not know act between the chunks, see `kicks`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter, defaultdict
+from collections.abc import Mapping
+from itertools import pairwise
+from time import perf_counter
+from typing import ClassVar
+
+import numpy as np
+
+from netdae._arrays import FloatArray
+from netdae.errors import RunError
+from netdae.explicit.chunk import Chunk, after, between, share_of, share_told, step_of, sum_of, with_slow
+from netdae.explicit.kernel import Kernel
+from netdae.explicit.kicks import Kicks, Slow
+from netdae.explicit.stable_step import WOUND_IN, reeled_lengths, stable_step
+from netdae.explicit.verlet import Tally
+from netdae.options import SolverOptions
+from netdae.restraints import Drive
+from netdae.stepper import NOTHING, Share, Step
+from netdae.system import System
+
+CHUNK = 128  # steps between two looks: 2 to 3 ms of a 21 x 21 net
+TOLD = 500_000  # numbers of x, v and a that are kept at once where every step is told
+FRACTIONS = {"fast": 0.9, "standard": 0.5, "accurate": 0.2}
+"""Share of the stable step length that each accuracy takes; `scripts/accuracy.py` measures what each keeps."""
+LEAST_RATE = 100.0  # 1/s, of friction at rings: no step of a net comes near it
+UNBOUND = 1e-3  # s, where nothing that moves bounds the step
+UNSTABLE = 0.1  # gain of energy, as a share of the largest, that no stable flight has
+
+
+class ExplicitSolver:
+    """Velocity Verlet for one System; bit-for-bit repeatable.
+
+    every_step : whether each step of a chunk is told
+    """
+
+    COUNTS: ClassVar[tuple[str, ...]] = ("steps", "step_lengths", "starts")
+
+    def __init__(self, system: System, drive: Drive, options: SolverOptions) -> None:
+        self._system = self._phase = system
+        self._drive = drive
+        self._options = options
+        self._kernel = Kernel(system, drive, CHUNK)
+        self._kicks = Kicks(self._kernel.forces.others, system, options.accuracy)
+        self._has_toe = bool((system.cables.eps > 0).any())
+        self._now = np.zeros((3, 3 * system.net.node_count))  # x, v, and a without that of kicks
+        self._powers = np.zeros(2)  # W, of the last step: lost, and given by motors
+        self._chunk = Chunk(0.0, 0.0, self._now, self._powers)
+        self._done = 0  # steps of it
+        self._slow: Slow | None = None
+        self._steps: list[Step] = []  # told of the last chunk, with shares from its begin
+        self._t = 0.0
+        self._fresh = True  # no step has been taken in the phase
+        self._strain_limit = self._rate_limit = 0.0
+        self._lengths = np.zeros(0)
+        self._stable = 0.0
+        self._peak = 0.0
+        self._energy = self._scale = math.nan
+        self._gained = 0.0
+        self.every_step = False
+        self.counts: Counter[str] = Counter()
+        self.seconds: defaultdict[str, float] = defaultdict(float)
+
+    def enter(self, phase: System, t: float, y: FloatArray, yp: FloatArray) -> None:
+        """Start afresh at t in a phase."""
+        self._phase, self._t, self._fresh = phase, t, True
+        self._kernel.look_at_anchors()
+        self._now = np.stack((y[0].ravel(), y[1].ravel(), yp[1].ravel()))
+        if self._kicks:
+            self._now[2] -= self._kicks.start(phase.inside(t), y[0], y[1]).ravel()
+        self._energy = self._energy_now()
+        self._scale = abs(self._energy)
+        self._gained = 0.0
+        self._limit(float(self._system.strain(y[0]).max()), 0.0)
+        self.counts["starts"] += 1
+
+    def go_on(self, part: System) -> None:
+        """Go on in the part of the phase that begins here, where accelerations of driven axes may jump."""
+        self._phase = part
+        a_d = self._drive.at(part.inside(self._t))[2].ravel()
+        self._now[2, self._kernel.entries] = a_d[self._kernel.entries]
+
+    def step(self, stop: float) -> list[Step]:
+        """Up to `CHUNK` steps towards `stop`: all, or their end and before it the step of a new largest tension."""
+        begin = perf_counter()
+        remaining = stop - self._t
+        stable = min(self._stable, self._kicks.stiffest)
+        count = min(self._longest(stable), math.ceil(remaining / stable))
+        last = count * stable >= remaining
+        h = remaining / count if last else stable
+        if self._kicks:
+            self._kicks.open(*self._places(), count * h)
+        self._chunk = Chunk(self._t, h, self._now.copy(), self._powers.copy(), self._fresh)
+        told = None
+        if self.every_step:
+            told = self._rows(count)
+        tally = self._kernel.fly(
+            self._phase,
+            (self._t, h, self._now),
+            steps=count,
+            limits=(self._strain_limit, self._rate_limit),
+            least_length=WOUND_IN * self._lengths if len(self._lengths) else None,
+            fresh=self._fresh,
+            powers=self._powers,
+            told=told,
+        )
+        self._fresh = False
+        self._done = tally.steps
+        whole = last and tally.steps == count
+        self._t = stop if whole else self._chunk.t + tally.steps * h
+        if self._kicks:
+            flown = remaining if whole else tally.steps * h
+            self._slow = self._kicks.close(self._phase.inside(self._t), *self._places(), count * h, flown)
+        inner = []
+        if told is not None:
+            inner = [
+                self._inner(k + 1, told[0][k], share_told(told[1][k], 8)) for k in range(tally.steps - 1)
+            ]
+        elif tally.peak > self._peak and tally.peak_step < tally.steps:
+            inner = [self._again(tally.peak_step)[1]]
+        self._steps = [*inner, self._end_of(tally)]
+        self._peak = max(self._peak, tally.peak)
+        self.counts["steps"] += tally.steps
+        if tally.steps < count:
+            reeled_lengths(self._system, self._places()[0], t=self._t)  # tells which is wound in whole
+        self._check_energy(self._steps[-1].share)
+        if tally.steps < count or self._wasteful(tally.strain, tally.rate):
+            self._limit(tally.strain, tally.rate)
+        self.seconds["steps"] += perf_counter() - begin
+        return [self._steps[0], *(after(step, former.share) for former, step in pairwise(self._steps))]
+
+    def output(self, t: float) -> Step:
+        """The state inside the last chunk, which is flown again up to the step that holds t."""
+        begin = perf_counter()
+        before = min(int((t - self._chunk.t) / self._chunk.h), self._done - 1)
+        first, last = self._again(before + 1)
+        inner = between(t, first, last)
+        self.seconds["outputs"] += perf_counter() - begin
+        told = [step.share for step in self._steps if step.t < t]  # the ledger starts afresh at each
+        return after(inner, told[-1]) if told else inner
+
+    def memory(self) -> dict[str, FloatArray]:
+        """What the next chunk of steps depends on, beside y."""
+        numbers = (
+            self._t,
+            self._strain_limit,
+            self._stable,
+            self._peak,
+            self._energy,
+            self._scale,
+            self._gained,
+            self._rate_limit,
+        )
+        own = {
+            "v": self._now[1].copy(),
+            "a": self._now[2].copy(),
+            "lengths": self._lengths,
+            "numbers": np.array(numbers),
+            "powers": self._powers.copy(),
+            "fresh": np.array(float(self._fresh)),
+        }
+        return {**own, **(self._kicks.memory() if self._kicks else {})}
+
+    def restore(self, memory: Mapping[str, FloatArray]) -> None:
+        """Go on as the integrator that told this memory."""
+        self._now[1], self._now[2], self._lengths = memory["v"], memory["a"], memory["lengths"].copy()
+        self._fresh, self._powers = bool(memory["fresh"]), memory["powers"].copy()
+        numbers = memory["numbers"].tolist()
+        self._t, self._strain_limit, self._stable, self._peak = numbers[:4]
+        self._energy, self._scale, self._gained, self._rate_limit = numbers[4:]
+        if self._kicks:
+            self._kicks.restore(memory)
+
+    def _places(self) -> tuple[FloatArray, FloatArray]:
+        """Positions and velocities (n, 3), to be changed."""
+        return self._now[0].reshape(-1, 3), self._now[1].reshape(-1, 3)
+
+    def _longest(self, h: float) -> int:
+        """How many steps of length h a chunk may have."""
+        longest = min(CHUNK, self._kicks.longest / h)
+        if self.every_step:
+            longest = min(longest, TOLD / self._now.size)
+        return max(1, math.floor(longest))
+
+    def _rows(self, count: int) -> tuple[FloatArray, FloatArray]:
+        """Room for so many steps to be told in."""
+        return np.empty((count, *self._now.shape)), np.empty((count, 10))
+
+    def _again(self, count: int) -> tuple[Step, Step]:
+        """The step of that number in the last chunk and the one before it, or the chunk's begin."""
+        states, sums = told = self._rows(min(count, 2))
+        start = self._chunk.t, self._chunk.h, self._chunk.xva.copy()
+        fresh, powers = self._chunk.fresh, self._chunk.powers.copy()
+        self._kernel.fly(self._phase, start, steps=count, fresh=fresh, powers=powers, told=told)
+        last = self._inner(count, states[-1], share_told(sums[-1], 9))
+        if count == 1:
+            return self._inner(0, self._chunk.xva, NOTHING), last
+        return self._inner(count - 1, states[0], share_told(sums[0], 9)), last
+
+    def _inner(self, count: int, xva: FloatArray, share: Share) -> Step:
+        """The state (3, 3n) of the kernel after `count` steps of the last chunk, completed."""
+        s = count * self._chunk.h
+        return with_slow(step_of(self._chunk.t + s, xva, share), self._slow, s)
+
+    def _end_of(self, tally: Tally) -> Step:
+        """The end of the last chunk."""
+        step = step_of(self._t, self._now, share_of(tally))
+        if self._slow is None:
+            return step
+        step.yp[1] += self._slow.a[1]
+        return step._replace(share=sum_of(step.share, self._slow.share(self._slow.H)))
+
+    # The step length
+
+    def _limit(self, strain: float, rate: float) -> None:
+        """Set limits well above strain and rate of friction, by powers of two, and the step that is stable below."""
+        floor = 0.25 * float(self._system.cables.eps.max()) or 1e-2
+        limit = floor * 2.0 ** max(0, math.ceil(math.log2(max(2.0 * strain, floor) / floor)))
+        rubbing = LEAST_RATE * 2.0 ** (
+            0.5 * math.ceil(2 * math.log2(max(1.4 * rate, LEAST_RATE) / LEAST_RATE))
+        )
+        lengths = reeled_lengths(self._system, self._places()[0])
+        former = self._strain_limit, self._rate_limit
+        if (limit, rubbing) != former or not np.array_equal(lengths, self._lengths):
+            self._strain_limit, self._rate_limit, self._lengths = limit, rubbing, lengths
+            self._stable = self._step_length(limit, rubbing if self._kernel.forces.rubs else 0.0)
+            self.counts["step_lengths"] += 1
+
+    def _wasteful(self, strain: float, rate: float) -> bool:
+        """Whether the limits lie far from what is needed."""
+        if self._rate_limit > 8.0 * max(rate, LEAST_RATE):
+            return True
+        if self._has_toe and self._strain_limit > 16.0 * max(strain, 0.0):
+            return True
+        if not len(self._lengths):
+            return False
+        now = reeled_lengths(self._system, self._places()[0]) / self._lengths
+        return bool(now.min() < 0.5 * (1 + WOUND_IN) or now.min() > 2.0)
+
+    def _step_length(self, strain: float, rate: float) -> float:
+        """The stable step while strain and rate of friction stay below these, times the accuracy's share."""
+        x, _ = self._places()
+        stable = FRACTIONS[self._options.accuracy] * stable_step(self._system, strain, rate=rate, x=x)
+        longest = self._options.max_step or math.inf
+        return min(stable, longest) if math.isfinite(min(stable, longest)) else UNBOUND
+
+    # Energy
+
+    def _energy_now(self) -> float:
+        x, v = self._places()
+        return self._system.kinetic_energy(v) + self._system.elastic_energy(x)
+
+    def _check_energy(self, share: Share | None) -> None:
+        """Raise RunError where energy has come out of nothing, as it does in a step that is too long."""
+        assert share is not None
+        energy = self._energy_now()
+        self._gained += share.external_work - max(share.dissipated_energy, 0.0)  # no damper gives
+        self._scale = max(self._scale, energy, abs(self._gained))
+        excess = energy - self._energy - self._gained
+        if not excess <= UNSTABLE * self._scale:
+            speed = np.linalg.norm(self._places()[1], axis=1)
+            node = int(np.argmax(np.where(np.isfinite(speed), speed, np.inf)))
+            raise RunError(
+                f"the run failed at t = {self._t:.9g} s: its energy rose by {excess:.3g} J out of nothing, the "
+                f"explicit step of {self._chunk.h:.3g} s is too long; worst is node {node} with {speed[node]:.3g} m/s. "
+                "Try a smaller max_step, or method = 'ida'"
+            )

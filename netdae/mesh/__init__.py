@@ -1,0 +1,1 @@
+"""Mesh files: formats, groups, and nets made from them."""

@@ -1,0 +1,288 @@
+"""Formats of mesh files: what each holds as a RawMesh, and a net written in each.
+
+The ending of a file tells its format, see `netdae.mesh.io.SUFFIXES`.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import io
+import re
+import tempfile
+import warnings
+import xml.etree.ElementTree as ET
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import meshio
+import numpy as np
+
+from netdae._arrays import FloatArray, IntArray
+from netdae.errors import InputError, MeshError
+from netdae.mesh.findings import FileNumbers
+from netdae.mesh.inp import element_sets_of, keywords_of
+from netdae.mesh.inp import numbers_of as numbers_of_inp
+from netdae.mesh.msh import numbers_of as numbers_of_msh
+from netdae.mesh.msh import physical_groups_of, write_msh
+from netdae.mesh.raw import RawMesh, chain_of
+from netdae.mesh.vtk_lines import read_polylines
+from netdae.net import CableNet
+
+# what meshio says of .vtu files that it reads in part or not at all, though they are whole
+_LEFT_TO_VTK = re.compile("meshio cannot handle|Unknown VTU file version")
+
+# no number in an .inp tells how long it is; lines with two stars are comments
+_INP_END = "** end of the net"
+_INP_HEAD = f"** whole if the last line is: {_INP_END}"
+
+
+def first_line(error: BaseException) -> str:
+    """The first line of the message, or the kind of error where there is none."""
+    lines = str(error).strip().splitlines()
+    return lines[0].strip() if lines else type(error).__name__
+
+
+@contextlib.contextmanager
+def _quiet() -> Iterator[io.StringIO]:
+    """Catch what meshio prints and warns of."""
+    said = io.StringIO()
+    with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield said
+
+
+def raw_mesh_of(file: Path) -> RawMesh:
+    """Read a mesh file; raises MeshError, without the file's name, for one that cannot be read."""
+    suffix = file.suffix.lower()
+    try:
+        with _quiet() as said:
+            if suffix == ".vtu":
+                return _raw_of_vtu(file, said)
+            raw = _READERS[suffix](file)
+            if "not closed by" in said.getvalue():  # meshio of a section of .msh
+                raise MeshError("the file is cut off, a section of it does not end: save the mesh again")
+            return raw
+    except InputError:
+        raise
+    except (Exception, SystemExit) as error:  # meshio raises anything on a file that is not whole
+        if isinstance(error, PermissionError):
+            raise MeshError("the file cannot be read: permission denied") from error
+        if isinstance(error, FileNotFoundError):
+            raise MeshError(
+                "a file that it names, with the data, is missing: put it beside this one"
+            ) from error
+        # what other libraries say of their own arrays helps nobody; a ReadError is of the file
+        reason = (
+            first_line(error) if isinstance(error, meshio.ReadError | ET.ParseError) and str(error) else ""
+        )
+        raise MeshError(
+            f"the file cannot be read as {suffix}, it is cut off, damaged or of another kind"
+            f"{reason and f' ({reason})'}: save the mesh again"
+        ) from error
+
+
+def _raw_of_vtu(file: Path, said: io.StringIO) -> RawMesh:
+    """Read by meshio, or by pyvista where meshio would lose lines."""
+    if file.read_bytes().count(b"<Piece") > 1:  # meshio keeps the cells of the last only
+        return read_polylines(file)
+    try:
+        mesh = meshio.vtu.read(file)
+    except meshio.ReadError as error:
+        if _LEFT_TO_VTK.search(str(error)):
+            return read_polylines(file)
+        raise
+    if _LEFT_TO_VTK.search(" ".join(said.getvalue().split())):
+        return read_polylines(file)
+    if "corrupt" in said.getvalue():
+        raise MeshError("the file is damaged, its lines are not as long as it says: save the mesh again")
+    return _raw_of_mesh(mesh)
+
+
+def _raw_of_msh(file: Path) -> RawMesh:
+    data = file.read_bytes()
+    groups = physical_groups_of(data)
+    numbers = _lazily(lambda: numbers_of_msh(data))
+    with tempfile.TemporaryDirectory() as folder:  # meshio reads MSH from a true file only
+        rest = Path(folder) / "rest.msh"
+        rest.write_bytes(groups.rest)
+        with _checking(numbers):
+            mesh = meshio.gmsh.read(rest)
+    tags = mesh.cell_data.get("gmsh:physical" if groups.version == "2.2" else "gmsh:geometrical", [])
+    blocks = [(block.dim, np.asarray(tag)) for block, tag in zip(mesh.cells, tags, strict=False)]
+    return _raw_of_mesh(mesh, cell_sets=groups.cell_sets(blocks), numbers=numbers)
+
+
+def _raw_of_xdmf(file: Path) -> RawMesh:
+    return _raw_of_mesh(meshio.xdmf.read(file))
+
+
+def _raw_of_inp(file: Path) -> RawMesh:
+    text = file.read_text(errors="replace")
+    if text.startswith(_INP_HEAD) and not text.rstrip().endswith(_INP_END):
+        raise MeshError(f"the file is cut off, its last line is not {_INP_END!r}: save the mesh again")
+    keywords = keywords_of(text)
+    numbers = _lazily(lambda: numbers_of_inp(text))
+    with _checking(numbers):
+        mesh = meshio.abaqus.read(file)
+    sets = element_sets_of(keywords, [len(block) for block in mesh.cells], mesh.cell_sets)
+    return _raw_of_mesh(mesh, point_sets=mesh.point_sets, cell_sets=sets, middle_last=False, numbers=numbers)
+
+
+def _lazily(numbers: Callable[[], FileNumbers]) -> Callable[[], FileNumbers]:
+    """`numbers`, read for the first message that wants them; none where they cannot be read."""
+
+    @functools.cache
+    def found() -> FileNumbers:
+        try:
+            return numbers()
+        except (ValueError, IndexError, InputError):  # the reader of the mesh says what is wrong
+            return FileNumbers([], [])
+
+    return found
+
+
+@contextlib.contextmanager
+def _checking(numbers: Callable[[], FileNumbers]) -> Iterator[None]:
+    """Tell of an element whose node is not there where a reader stumbles over it."""
+    try:
+        yield
+    except Exception:
+        numbers().check()
+        raise
+
+
+_READERS: dict[str, Callable[[Path], RawMesh]] = {
+    ".vtk": read_polylines,
+    ".msh": _raw_of_msh,
+    ".xdmf": _raw_of_xdmf,
+    ".inp": _raw_of_inp,
+}
+
+
+def _raw_of_mesh(
+    mesh: Any,
+    *,
+    point_sets: Mapping[str, Any] | None = None,
+    cell_sets: Mapping[str, IntArray] | None = None,
+    middle_last: bool = True,
+    numbers: Callable[[], FileNumbers] | None = None,
+) -> RawMesh:
+    """Arrays of a meshio mesh; `middle_last`: quadratic lines end with their middle node, unlike Abaqus's."""
+    points = np.asarray(mesh.points, dtype=np.float64)
+    if not points.size:
+        raise MeshError("the mesh has no nodes: check what was saved")
+    if points.ndim != 2 or points.shape[1] not in (2, 3):
+        raise MeshError(f"the nodes have the shape {points.shape}: give two or three coordinates each")
+    points = np.column_stack([points, np.zeros((len(points), 3 - points.shape[1]))])
+    ends, line_cell, vertices, vertex_cell, edges = [], [], [], [], []
+    start = split = volumes = 0
+    for block in mesh.cells:
+        nodes = np.asarray(block.data)
+        count = len(nodes)
+        if block.dim == 0:
+            vertices.append(nodes[:, 0].astype(np.int64))
+            vertex_cell.append(np.arange(start, start + count))
+        elif block.type in ("line", "line3"):  # XDMF's poly lines of equal length come as "line"
+            order = [0, 2, 1] if block.type == "line3" and middle_last else slice(None)
+            chain = nodes.astype(np.int64)[:, order]
+            pieces, cell = chain_of(chain.reshape(-1), np.full(count, chain.shape[1]))
+            ends.append(pieces)
+            line_cell.append(start + cell)
+            split += count if chain.shape[1] > 2 else 0
+        elif block.dim == 1:
+            raise MeshError(
+                f"the mesh has curved lines of type {block.type}: save it with straight or quadratic lines"
+            )
+        elif block.type in ("triangle", "quad", "polygon"):
+            around = np.stack([nodes, np.roll(nodes, -1, axis=1)], axis=-1)
+            edges.append(around.reshape(-1, 2).astype(np.int64))
+        elif block.dim == 2:
+            edges.append(_corner_edges(block.type, nodes))
+        else:
+            volumes += count
+        start += count
+    return RawMesh(
+        points=points,
+        cell_count=start,
+        ends=np.concatenate([np.zeros((0, 2), np.int64), *ends]),
+        line_cell=np.concatenate([np.zeros(0, np.int64), *line_cell]),
+        vertices=np.concatenate([np.zeros(0, np.int64), *vertices]),
+        vertex_cell=np.concatenate([np.zeros(0, np.int64), *vertex_cell]),
+        face_edges=np.concatenate([np.zeros((0, 2), np.int64), *edges]),
+        point_data={name: np.asarray(values) for name, values in mesh.point_data.items()},
+        cell_data={name: np.concatenate(values) for name, values in mesh.cell_data.items() if values},
+        point_sets={name: np.asarray(nodes, np.int64) for name, nodes in (point_sets or {}).items()},
+        cell_sets=cell_sets or {},
+        split=split,
+        volumes=volumes,
+        numbers=numbers,
+    )
+
+
+def _corner_edges(kind: str, nodes: Any) -> IntArray:
+    """Edges of surface cells with nodes on their edges, from corner to corner by way of those nodes."""
+    corners = {"triangle6": 3, "triangle7": 3, "quad8": 4, "quad9": 4}.get(kind)
+    if corners is None:
+        raise MeshError(f"the mesh has surface cells of type {kind}: save them with straight edges")
+    around = np.stack([nodes[:, :corners], nodes[:, corners : 2 * corners]], axis=-1).reshape(len(nodes), -1)
+    return np.stack([around, np.roll(around, -1, axis=1)], axis=-1).reshape(-1, 2).astype(np.int64)
+
+
+def _as_data(net: CableNet, numbers: Mapping[str, FloatArray], integer: type[np.integer]) -> Any:
+    """The net as a meshio mesh whose groups are 0 and 1."""
+
+    def flags(groups: Mapping[str, IntArray], count: int) -> dict[str, Any]:
+        named = {name: member for name, member in groups.items() if name != "all"}
+        return {name: np.isin(np.arange(count), member).astype(integer) for name, member in named.items()}
+
+    cells = {**flags(net.cable_groups, net.cable_count), **numbers}
+    return meshio.Mesh(
+        net.nodes.copy(),
+        [("line", net.cables.copy())],
+        point_data=flags(net.node_groups, net.node_count),
+        cell_data={name: [np.array(values)] for name, values in cells.items()},
+    )
+
+
+def _write_vtu(path: Path, net: CableNet, numbers: Mapping[str, FloatArray]) -> None:
+    meshio.vtu.write(path, _as_data(net, numbers, np.uint8))
+
+
+def _write_vtk(path: Path, net: CableNet, numbers: Mapping[str, FloatArray]) -> None:
+    # the one integer whose name meshio writes as VTK reads it
+    meshio.vtk.write(path, _as_data(net, numbers, np.int64))
+
+
+def _write_xdmf(path: Path, net: CableNet, numbers: Mapping[str, FloatArray]) -> None:
+    # all in one file: an .h5 beside it would go by the temporary name
+    meshio.xdmf.write(path, _as_data(net, numbers, np.int32), data_format="XML")
+
+
+def _write_inp(path: Path, net: CableNet, numbers: Mapping[str, FloatArray]) -> None:
+    if numbers:
+        raise MeshError(f"it has no place for {', '.join(numbers)}: write .vtu, .vtk, .msh or .xdmf")
+    mesh = meshio.Mesh(
+        net.nodes,
+        [("line", net.cables)],
+        point_sets={name: member for name, member in net.node_groups.items() if name != "all"},
+        cell_sets={name: [member] for name, member in net.cable_groups.items() if name != "all"},
+    )
+    meshio.abaqus.write(path, mesh)
+    path.write_text(f"{_INP_HEAD}\n{path.read_text()}{_INP_END}\n")
+
+
+_WRITERS: dict[str, Callable[[Path, CableNet, Mapping[str, FloatArray]], None]] = {
+    ".vtu": _write_vtu,
+    ".vtk": _write_vtk,
+    ".msh": write_msh,
+    ".xdmf": _write_xdmf,
+    ".inp": _write_inp,
+}
+
+
+def write_mesh(path: Path, net: CableNet, numbers: Mapping[str, FloatArray]) -> None:
+    """Write a net with its groups and the given numbers of its cables; raises anything where it does not fit."""
+    with _quiet():
+        _WRITERS[path.suffix.lower()](path, net, numbers)

@@ -1,0 +1,82 @@
+"""Lines of the VTK files that meshio reads only in part.
+
+These are all legacy .vtk files, whose poly lines, bytes and integers meshio drops or mistakes, and .vtu files with
+poly lines, several pieces or a new version.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from netdae._arrays import IntArray
+from netdae.errors import MeshError
+from netdae.mesh.raw import RawMesh, chain_of
+
+# numbers of vtkCellType.h
+VERTEX, LINE, POLY_LINE, QUADRATIC_EDGE = 1, 3, 4, 21
+SURFACES = (5, 7, 9)  # triangle, polygon, quad: their points go round
+VOLUMES = (10, 11, 12, 13, 14)
+
+
+def read_polylines(path: Path) -> RawMesh:
+    """Read a .vtu or .vtk by pyvista; a poly line of k points gives k − 1 line pieces."""
+    import pyvista
+
+    told = pyvista.VtkErrorCatcher(send_to_logging=False)
+    with pyvista.vtk_verbosity("off"), told:
+        mesh: Any = pyvista.read(path)
+    # where binary data end early VTK only warns, and hands on what was in the memory
+    wrong = [*told.error_events, *(event for event in told.warning_events if "Error reading" in str(event))]
+    if wrong:
+        raise ValueError(str(wrong[0]))
+    if isinstance(mesh, pyvista.PolyData):
+        mesh = mesh.cast_to_unstructured_grid()
+    if not isinstance(mesh, pyvista.UnstructuredGrid):
+        raise MeshError(f"the file holds {type(mesh).__name__}: save the cables as an unstructured grid")
+    kinds = np.asarray(mesh.celltypes)
+    offset = np.asarray(mesh.offset, dtype=np.int64)
+    connectivity = np.array(mesh.cell_connectivity, dtype=np.int64)
+    known = np.isin(kinds, (VERTEX, LINE, POLY_LINE, QUADRATIC_EDGE, *SURFACES, *VOLUMES))
+    if not known.all():
+        kind = kinds[~known][0]
+        raise MeshError(f"the file holds cells of VTK type {kind}: save the cables as lines or poly lines")
+    for cell in np.flatnonzero(kinds == QUADRATIC_EDGE):
+        start = offset[cell]
+        connectivity[start : start + 3] = connectivity[[start, start + 2, start + 1]]
+    size = np.diff(offset)
+    lines = np.flatnonzero(np.isin(kinds, (LINE, POLY_LINE, QUADRATIC_EDGE)))
+    ends, chain = chain_of(_members(connectivity, offset, lines), size[lines])
+    faces = np.flatnonzero(np.isin(kinds, SURFACES))
+    edges, _ = chain_of(*_closed(connectivity, offset, faces))
+    vertices = np.flatnonzero(kinds == VERTEX)
+    return RawMesh(
+        points=np.asarray(mesh.points, dtype=np.float64),
+        cell_count=len(kinds),
+        ends=ends,
+        line_cell=lines[chain],
+        vertices=_members(connectivity, offset, vertices),
+        vertex_cell=vertices,
+        face_edges=edges,
+        point_data={name: np.asarray(mesh.point_data[name]) for name in mesh.point_data},
+        cell_data={name: np.asarray(mesh.cell_data[name]) for name in mesh.cell_data},
+        split=int(np.count_nonzero(size[lines] > 2)),
+        volumes=int(np.count_nonzero(np.isin(kinds, VOLUMES))),
+    )
+
+
+def _members(connectivity: IntArray, offset: IntArray, cells: IntArray) -> IntArray:
+    """Points of the cells, one cell after the other."""
+    chosen = np.zeros(len(offset) - 1, dtype=bool)
+    chosen[cells] = True
+    return connectivity[np.repeat(chosen, np.diff(offset))]
+
+
+def _closed(connectivity: IntArray, offset: IntArray, cells: IntArray) -> tuple[IntArray, IntArray]:
+    """Points of the cells, each with its first point again at its end, and the number of them."""
+    size = np.diff(offset)[cells]
+    after = np.cumsum(size)
+    points = _members(connectivity, offset, cells)
+    return np.insert(points, after, points[after - size]), size + 1

@@ -1,0 +1,1 @@
+"""Pictures, sheets, movies and pages of a run."""

@@ -1,0 +1,1 @@
+"""Scenario files: what they may say, and how a simulation is built from it."""

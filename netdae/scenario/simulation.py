@@ -1,0 +1,59 @@
+"""A simulation: a system with its start, its times and its options, ready to fly."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from netdae._arrays import FloatArray
+from netdae.ejection import Launch
+from netdae.events.book import EventBook
+from netdae.integration import Integration, Watch, integrate
+from netdae.mark import Memory
+from netdae.metrics import DeploymentMetrics
+from netdae.options import SolverOptions
+from netdae.state import State
+from netdae.system import System
+
+
+@dataclass(frozen=True, eq=False)
+class Simulation:
+    """All that a flight needs.
+
+    times : (k,), s, of the frames; the first is the start's
+    metrics : the observer that measures the deployment
+    findings : what the author of the mesh file should know
+    events : finds what happens during the flight; None where nothing is looked for
+    launch : the bullets that are shot
+    notes : what was set for the flight beside what its scenario says, and what is unusual in it, see `plausibility`
+    """
+
+    title: str
+    system: System
+    start: State
+    times: FloatArray
+    options: SolverOptions
+    metrics: DeploymentMetrics
+    findings: tuple[str, ...] = ()
+    events: EventBook | None = None
+    launch: Launch | None = None
+    notes: tuple[str, ...] = ()
+
+    def integrate(self, watch: tuple[Watch, ...] = (), *, resume: Memory | None = None) -> Integration:
+        """Iterator over the States at `times`; over those that are left where a flight's memory is gone on from."""
+        return integrate(
+            self.system,
+            self.start,
+            self.times,
+            options=self.options,
+            watch=watch,
+            events=self.events,
+            resume=resume,
+        )
+
+    def compile(self) -> None:
+        """Compile the kernels of the flight: processes that compile them at the same time may round differently."""
+        begin, end = float(self.times[0]), float(self.times[-1])
+        for _ in integrate(
+            self.system, self.start, [begin, begin + 1e-6 * (end - begin)], options=self.options
+        ):
+            pass

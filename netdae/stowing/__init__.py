@@ -1,0 +1,1 @@
+"""Nets folded into their canisters."""
