@@ -2,8 +2,7 @@
 
     python3 scripts/in_venv.py python scripts/gallery.py scripts/pictures/gallery
 
-Flies every scenario of this folder by the explicit method with 25 frames, one that closes its net as it says itself,
-since cords and motors make many short steps. Pictures the largest mouth, or two thirds of the way where a net is widest
+Flies every scenario of this folder by the explicit method with 25 frames. Pictures the largest mouth, or two thirds of the way where a net is widest
 at its start; a net that is held or towed to the end, at the end; and one that closes at its widest, half closed and at
 the end, from ahead. Prints a row of the README's table for each.
 """
@@ -42,11 +41,9 @@ def shown(script: Path, picture: Path, *, end: float | None) -> str:
     simulation = scenario.build()
     begin, last = float(simulation.times[0]), float(simulation.times[-1])
     times = np.linspace(begin, last if end is None else min(begin + end, last), FRAMES)
-    if not _closes(simulation.system.net):
-        # no tolerances: those of a scenario for IDA say nothing to the explicit method
-        options = nd.SolverOptions("explicit", accuracy=simulation.options.accuracy)
-        simulation = replace(simulation, options=options)
-    simulation = replace(simulation, times=times)
+    # no tolerances: those of a scenario for IDA say nothing to the explicit method
+    options = nd.SolverOptions("explicit", accuracy=simulation.options.accuracy)
+    simulation = replace(simulation, options=options, times=times)
     with tempfile.TemporaryDirectory() as folder:
         summary = fly(simulation, RunFolder(Path(folder) / "run", scenario))
         if _closes(simulation.system.net):
