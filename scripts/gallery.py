@@ -3,8 +3,8 @@
     python3 scripts/in_venv.py python scripts/gallery.py scripts/pictures/gallery
 
 Flies every scenario of this folder by the explicit method with 25 frames. Pictures the largest mouth, or two thirds of
-the way where a net is widest at its start; a net that is held or towed to the end, at the end; and one that closes at its
-widest, half closed and at the end, from ahead. Prints a row of the README's table for each.
+the way where a net is widest at its start; a net that is held or towed to the end, at the end; and one that closes at
+its widest, half closed and at the end, from ahead. Prints a row of the README's table for each.
 """
 
 from __future__ import annotations
