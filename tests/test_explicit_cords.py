@@ -186,13 +186,16 @@ def test_the_step_is_below_the_true_limit_of_a_taut_net_with_a_cord(seed, closed
 
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("closed", [True, False])
-def test_the_rate_of_friction_is_above_its_largest_eigenvalue_and_not_far(seed, closed):
+@pytest.mark.parametrize("light", [None, 0, 4, 8], ids=["none", "first", "middle", "last"])
+def test_the_rate_of_friction_is_above_its_largest_eigenvalue_and_not_far(seed, closed, light):
     """Of −∂f/∂ẋ over M, from the cord's own tangent, where rings creep, so that secant and slope are one."""
     rng = default_rng(seed)
     k = 9
-    net = ringed(polygon(k, 1.0) + 0.6 * rng.standard_normal((k, 3)), closed=closed)
+    heavy = [] if light is None else [ring for ring in range(k) if ring != light]
+    places = polygon(k, 1.0) + 0.6 * rng.standard_normal((k, 3))
+    net = ringed(places, closed=closed, extra={"heavy": heavy}.items())
     rings = Rings(size=1e-3, friction=0.2, creep_speed=0.5, fastened=False)
-    system = system_of(net, rings, mass=0.01, inertia=0.02)
+    system = system_of(net, rings, mass={"rings": 0.01, "heavy": 1.0}, inertia=0.02)
     x, v = net.nodes * 1.01, 1e-3 * rng.standard_normal(net.nodes.shape)
     x[k], v[k, 1:] = 0.0, 0.0
     cordage = KernelForces.of(system).cordage
@@ -205,7 +208,7 @@ def test_the_rate_of_friction_is_above_its_largest_eigenvalue_and_not_far(seed, 
     rate = friction_rate(cordage, share, room)
     # G_j takes the larger of two tensions, which differ by e^{μφ}: its linear damping is that of their mean
     assert largest < 1.05 * rate
-    assert largest > rate / 6
+    assert largest > rate / 8
 
 
 @pytest.mark.parametrize("creep", [1e-3, 1e-4])

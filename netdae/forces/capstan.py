@@ -41,7 +41,7 @@ RATIO = 1e-3
 
 
 @njit(cache=True)
-def _turn(way: Way, j: int, size: float) -> tuple[float, float, float, float]:
+def turn_at(way: Way, j: int, size: float) -> tuple[float, float, float, float]:
     """cos φ, φ_j and the lengths of d_{j−1} and d_j, not below a share of η, at the ring j."""
     least = RATIO * size
     cosine = square0 = square1 = 0.0
@@ -77,7 +77,7 @@ def tension_shares(way: Way, c: FloatArray, cord: Cord) -> FloatArray:
     logarithm, total = 0.0, way.h[0]
     for j in range(1, len(c)):
         slip = c[j] / cord.creep_speed
-        logarithm += cord.friction * _turn(way, j, cord.size)[1] * slip / np.sqrt(1.0 + slip * slip)
+        logarithm += cord.friction * turn_at(way, j, cord.size)[1] * slip / np.sqrt(1.0 + slip * slip)
         nu[j] = np.exp(logarithm)
         total += way.h[j] * nu[j]
     return nu * (way.length / total)
@@ -108,7 +108,7 @@ def share_gradients(
     for i in range(p):
         if i > 0:
             a = before / way.length
-            cosine, angle, r0, r1 = _turn(way, i, cord.size)
+            cosine, angle, r0, r1 = turn_at(way, i, cord.size)
             slip = c[i] / cord.creep_speed
             root = np.sqrt(1.0 + slip * slip)
             by_cosine = -cord.friction * slip / root * (1.0 - DELTA)

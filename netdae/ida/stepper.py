@@ -1,4 +1,4 @@
-"""SUNDIALS IDA on the first-order residual; the only importer of sksundae.
+"""SUNDIALS IDA on the first-order residual, by scikit-sundae.
 
 y = (x, v): F₁ = ẋ − v and F₂ = M v̇ − f(t, x, v), with x − x_d and v − v_d on restrained axes (index 1).
 IDA is given GMRES whose preconditioner is the exact solve with the frozen Jacobian: it converges in one

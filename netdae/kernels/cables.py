@@ -1,4 +1,4 @@
-"""Cables and Rayleigh damping for the kernel of `explicit.verlet`, whose arrays are flat: node i at 3i.
+"""Cables and Rayleigh damping for the kernels of `explicit.verlet` and `ida.kernel`: flat arrays, node i at 3i.
 
 Most cables of a net in flight are slack and far from taut. No two nodes part faster than 2√3 times the largest
 component of all velocities, so that a cable which lacks a margin to be taut stays slack until they have parted by so

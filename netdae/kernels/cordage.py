@@ -10,7 +10,8 @@ and the sums over the rings before it and after it, the rate is (√A + √B)² 
 
     B = Σ_j G_j ((1 − a_j)² Σ_{i<j} |b_i|²/m_i + a_j² Σ_{i>j} |b_i|²/m_i + (λ σ (θ − a_j))²/m_r)
 
-with |b_i|² = 2 − 2 cos φ_i.
+with |b_i|² = 2 − 2 cos φ_i at most, and 2 at both ends of the cord: where it is closed, both are ring 0, on which C_j
+is (1 − a_j) u_0 + a_j u_{p−1}, the square of which is 2 (1 − a_j)² + 2 a_j² at most.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ import numpy as np
 from numba import njit
 
 from netdae._arrays import FloatArray
-from netdae.forces.capstan import sliding_speeds
+from netdae.forces.capstan import sliding_speeds, turn_at
 from netdae.forces.rings import way_through
 from netdae.kernels.strings import StringRoom, Strings, add_string_pulls, cord_of, string_pulls, whole_length
 
@@ -82,18 +83,17 @@ def friction_rate(cordage: Cordage, share: FloatArray, room: StringRoom) -> floa
         way = way_through(room.x[at:end], room.v[at:end], p, cord.size)
         L = cord.L + cord.share * room.x[end - 1, 0]
         c = sliding_speeds(way, L, room.v[end - 1, 0], cord)
-        turns, whole = np.zeros(p), 0.0  # |b|²/m
-        for j in range(p):
-            u = 1.0 - way.u[j - 1] @ way.u[j] if j > 0 else 2.0
-            turns[j] = 2.0 * u * share[strings.entry[at + j % k]]
+        turns, whole = np.zeros(p + 1), 0.0  # |b|²/m
+        for j in range(p + 1):
+            turned = 1.0 - way.u[j - 1] @ way.u[j] if 0 < j < p else 1.0
+            turns[j] = 2.0 * turned * share[strings.entry[at + j % k]]
             whole += turns[j]
         before, length, own, others = 0.0, 0.0, 0.0, 0.0
         for j in range(1, p):
             before += turns[j - 1]
             length += way.h[j - 1]
             a, slip = length / way.length, c[j] / cord.creep_speed
-            angle = np.arccos(min(max(way.u[j - 1] @ way.u[j], -1.0), 1.0))
-            slope = max(tension[j - 1], tension[j]) * cord.friction * angle
+            slope = max(tension[j - 1], tension[j]) * cord.friction * turn_at(way, j, cord.size)[1]
             slope /= cord.creep_speed * np.sqrt(1.0 + slip * slip)
             at_drum = way.length / L * cord.share * (cord.theta - a)
             response = (1.0 - a) ** 2 * before + a * a * (whole - before - turns[j])

@@ -1,4 +1,4 @@
-"""Loads for the kernel of `verlet`, and the books of what acts from outside: one row (6,) of force and torque."""
+"""Loads for the kernel of `explicit.verlet`, and the books of what is outside: one row (6,) of force and torque."""
 
 from __future__ import annotations
 

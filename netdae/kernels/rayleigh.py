@@ -1,4 +1,4 @@
-"""Rayleigh damping for the kernel of `verlet`, taken at the velocity of the same instant: no bound on the step.
+"""Rayleigh damping for the kernel of `explicit.verlet`, taken at the velocity of the instant: no bound on the step.
 
 D of Eq. (9) is constant. With w and w′ half a step before and after an instant and f all other forces then,
 
