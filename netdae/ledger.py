@@ -38,7 +38,7 @@ class Ledger:
         self._held = bool(drive.mask.any())
         self._outside = any(force.external for force in system.forces)
         self._last = start
-        self._rates = self._rates_at(start.t, start.x, start.v, start.a)
+        self._rates = self._rates_at(start.t, start.x, start.v)
         self._dissipated = start.books.dissipated_energy
         self._work = start.books.external_work
         self._impulse = np.array((start.books.external_impulse, start.books.external_angular_impulse))
@@ -50,7 +50,7 @@ class Ledger:
         share : of the step, where the integrator has summed it itself
         """
         if share is None:
-            rates = self._rates_at(state.t, state.x, state.v, state.a)
+            rates = self._rates_at(state.t, state.x, state.v)
             share = self._share(state, rates)
             self._rates = rates
         self._dissipated += share.dissipated_energy
@@ -73,7 +73,7 @@ class Ledger:
     def at(self, state: State, share: Share | None = None) -> Books:
         """Books up to a state inside the step that is running; the peak tension, of whole steps, is told once."""
         if share is None:
-            share = self._share(state, self._rates_at(state.t, state.x, state.v, state.a))
+            share = self._share(state, self._rates_at(state.t, state.x, state.v))
             share = share._replace(peak_tension=0.0)
         books = self._told(share)
         self._peak = 0.0
@@ -97,7 +97,7 @@ class Ledger:
         """Go on in the part of the phase that begins at the last state: powers may jump there."""
         self._system = part
         last = self._last
-        self._rates = self._rates_at(last.t, last.x, last.v, last.a)
+        self._rates = self._rates_at(last.t, last.x, last.v)
 
     def _share(self, state: State, rates: _Rates) -> Share:
         last, h = self._last, state.t - self._last.t
@@ -106,12 +106,12 @@ class Ledger:
             return NOTHING._replace(peak_tension=peak)
         x = 0.5 * (last.x + state.x) + 0.125 * h * (last.v - state.v)
         v = 1.5 / h * (state.x - last.x) - 0.25 * (last.v + state.v)
-        middle = self._rates_at(last.t + 0.5 * h, x, v, None)
+        middle = self._rates_at(last.t + 0.5 * h, x, v)
         (d0, w0, p0), (d1, w1, p1), (d2, w2, p2) = self._rates, middle, rates
         impulse, angular = h / 6 * (p0 + 4 * p1 + p2)
         return Share(h / 6 * (d0 + 4 * d1 + d2), h / 6 * (w0 + 4 * w1 + w2), impulse, peak, angular)
 
-    def _rates_at(self, t: float, x: FloatArray, v: FloatArray, a: FloatArray | None) -> _Rates:
+    def _rates_at(self, t: float, x: FloatArray, v: FloatArray) -> _Rates:
         _, dissipated, external = self._system.account(t, x, v)
         wrench = self._system.external_wrench(t, x, v) if self._outside else np.zeros((2, 3))
         if self._held:

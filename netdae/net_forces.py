@@ -11,7 +11,7 @@ from typing import cast
 
 import numpy as np
 
-from netdae._arrays import FloatArray, IntArray
+from netdae._arrays import BoolArray, FloatArray, IntArray
 from netdae.assembly import BlockPattern, gather, scatter_add, scatter_blocks
 from netdae.forces.protocol import Force, LinkedForce
 
@@ -97,12 +97,13 @@ class NetForces:
         stored, dissipated, external = (sum(column) for column in zip(*accounts, strict=True))
         return stored, dissipated, external
 
-    def external_wrench(self, t: float, x: FloatArray, v: FloatArray) -> FloatArray:
-        """Force in N and torque about the origin in N m of those from outside, (2, 3)."""
+    def external_wrench(self, t: float, x: FloatArray, v: FloatArray, in_space: BoolArray) -> FloatArray:
+        """Force in N and torque about the origin in N m of those from outside on nodes in space (n,), (2, 3)."""
         total = np.zeros((2, 3))
         for placed, xe, ve in self._gathered(x, v):
             if placed.force.external:
-                total += wrench_of(xe, placed.force.force(t, xe, ve))
+                f = placed.force.force(t, xe, ve)
+                total += wrench_of(xe, np.where(in_space[placed.nodes][..., None], f, 0.0))
         return total
 
 

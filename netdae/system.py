@@ -210,8 +210,8 @@ class System:
         return self._net_forces.account(self.inside(t), x, v)
 
     def external_wrench(self, t: float, x: FloatArray, v: FloatArray) -> FloatArray:
-        """Force in N and torque about the origin in N m of all forces from outside but the restraints, (2, 3)."""
-        return self._net_forces.external_wrench(self.inside(t), x, v)
+        """Force in N and torque about the origin in N m of all from outside but restraints, none on reels, (2, 3)."""
+        return self._net_forces.external_wrench(self.inside(t), x, v, self.in_space)
 
     def wrench(self, x: FloatArray, f: FloatArray) -> FloatArray:
         """Sum of forces, or impulses, f (n, 3) and of their moments about the origin, (2, 3), without the reels'."""

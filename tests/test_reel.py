@@ -231,6 +231,27 @@ def test_a_free_tether_keeps_energy_and_momentum_through_its_snaps():
         np.testing.assert_allclose(turned, 0.0, rtol=0, atol=1e-7)  # rtol of 0.1 N m s, over 700 steps
 
 
+@pytest.mark.parametrize("method", ["ida", "explicit", "bdf"])
+def test_a_load_on_a_drum_works_but_is_no_impulse_on_the_net(method):
+    """A drum has no place and no momentum; ida books compiled, bdf by the ledger."""
+    net = net_of(1.0)
+    system = system_of(
+        net,
+        Reel(DRUM, [0], inertia=0.5),
+        cord=SOFT,
+        restraints=[],
+        anchor=0.5,
+        loads=[NodalLoad("drum", [0.3, 0.0, 0.0]), NodalLoad("bob", [0.0, 0.2, 0.0])],
+    )
+    flight = simulate(system, State.at(net.nodes), [0.0, 0.1, 0.2], options=SolverOptions(method=method))
+    books = flight[-1].books
+    assert books.external_work > 0
+    # 0.2 N for 0.2 s, to round-off
+    np.testing.assert_allclose(books.external_impulse, [0.0, 0.04, 0.0], rtol=1e-9, atol=1e-12)
+    gained = system.momentum(flight[-1].v)
+    np.testing.assert_allclose(gained, [0.0, 0.04, 0.0], rtol=1e-6, atol=1e-9)  # the solvers' own
+
+
 def test_an_empty_drum_lands_on_its_stop():
     """Critically damped by k and 2 √(k I), and never pulled: √(I/k) v/e beyond, and back at v/e²."""
     longest, inertia, v, k = 0.5, 0.4, 2.0, 1e7 * np.pi * 1e-6

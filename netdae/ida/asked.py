@@ -78,7 +78,7 @@ class Asked:
                 rates = arrays["asked_rates"]
                 rates[:2] = self._forces.account(t, x, v)[1:]
                 if self._outside:
-                    rates[2:] = self._forces.external_wrench(t, x, v).ravel()
+                    rates[2:] = self._forces.external_wrench(t, x, v, self._part.in_space).ravel()
         except BaseException as error:  # even an interrupt: C code cannot pass it on
             self.error = error
             self._record.set(asked_failed=1)

@@ -47,7 +47,8 @@ def rates(t: float, y: FloatArray, net: Net, out: FloatArray) -> float:
     for k in range(len(push.start)):
         p = push.start[k] + push.rate[k] * (t - push.since)
         out[1] += p * v[k]
-        add_wrench(x, k, p, out)
+        if net.in_space[k // 3]:
+            add_wrench(x, k, p, out)
     peak = np.sqrt(peak2)
     if net.further != 0:
         peak = max(peak, add_further_rates(net.further, t, x, v, f, out))
@@ -58,7 +59,7 @@ def rates(t: float, y: FloatArray, net: Net, out: FloatArray) -> float:
             k = held.entry[c]
             reaction = net.mass[k // 3] * held.gain[c] - f[k]
             out[1] += reaction * held.speed[c]
-            if held.in_space[c]:
+            if net.in_space[k // 3]:
                 add_wrench(x, k, reaction, out)
     return peak
 

@@ -38,7 +38,6 @@ class Held(NamedTuple):
     place: FloatArray  # (c,), m
     speed: FloatArray  # (c,), m/s
     gain: FloatArray  # (c,), m/s², of those that are asked for, see `ida.asked`
-    in_space: BoolArray  # (c,), False on drums, which have neither momentum nor place
     since: float  # s
 
 
@@ -58,6 +57,7 @@ class Net(NamedTuple):
     """What moves and what acts on it."""
 
     mass: FloatArray  # (n,), kg
+    in_space: BoolArray  # (n,), False on drums, which have neither momentum nor place
     cords: Cords
     drags: Drags
     push: Push

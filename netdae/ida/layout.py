@@ -18,9 +18,9 @@ from netdae.kernels.cables import Cords, Dashpots, Drags
 
 _SIZES = "n cables drags alphas pushes held blocks constant free off L_size plain"
 _ARRAYS = """
-    mass ends L2 half viscous EA eps engineering tau drag_ends drag_viscosity alpha
+    mass in_space ends L2 half viscous EA eps engineering tau drag_ends drag_viscosity alpha
     near near_number near_x dashpots dashpot_q forces
-    push_start push_rate held_entry held_place held_speed held_gain held_in_space
+    push_start push_rate held_entry held_place held_speed held_gain
     K constant_blocks diagonal beside free_axes inverse taut d c graph_counts order place members member_diagonal
     column_start row source flipped present parent L_start L_row L pivots flag L_count path stack Y work right
     times states slopes books tensions rates middle_rates middle clock system z
@@ -67,13 +67,21 @@ def net_of(u: Any) -> Net:
         floats(u.held_place, u.held),
         floats(u.held_speed, u.held),
         floats(u.held_gain, u.held),
-        bools(u.held_in_space, u.held),
         u.since,
     )
     near = Near(ints(u.near, m), ints(u.near_number, 1), floats(u.near_x, 3 * n), u.reach)
     dashpots = Dashpots(ints(u.dashpots, m), floats(u.dashpot_q, m))
     return Net(
-        floats(u.mass, n), cords, drags, push, held, near, dashpots, floats(u.forces, 3 * n), u.further
+        floats(u.mass, n),
+        bools(u.in_space, n),
+        cords,
+        drags,
+        push,
+        held,
+        near,
+        dashpots,
+        floats(u.forces, 3 * n),
+        u.further,
     )
 
 

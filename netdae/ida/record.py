@@ -105,6 +105,7 @@ class IdaRecord:
         )
         self._place(
             mass=system.mass,
+            in_space=system.in_space,
             ends=cords.ends.astype(np.int64),
             **{
                 name: getattr(cords, name)
@@ -119,7 +120,6 @@ class IdaRecord:
             held_place=np.zeros(len(entry)),
             held_speed=np.zeros(len(entry)),
             held_gain=np.zeros(len(entry)),
-            held_in_space=system.in_space[entry // 3],
             near=np.zeros(m, dtype=np.int64),
             near_number=np.zeros(1, dtype=np.int64),
             near_x=np.full(n3, np.nan),
