@@ -5,8 +5,11 @@ The names below are loaded at their first use, so that `import netdae` stays lig
 
 from __future__ import annotations
 
+import os
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
+
+from netdae._kernel_cache import forget_outdated
 
 __version__ = "0.1.0"
 
@@ -93,6 +96,8 @@ _HOMES = {
 _HOME_OF = {name: module for module, names in _HOMES.items() for name in names}
 
 __all__ = ["__version__", *sorted(_HOME_OF)]
+
+forget_outdated(os.path.dirname(__file__))
 
 
 def __getattr__(name: str) -> Any:

@@ -16,7 +16,7 @@ MODULES = {
 
 # from the bottom up; a module imports its own layer or lower ones. A new module gets its place here.
 LAYERS = (
-    ("_arrays", "_files", "compilation", "earth", "errors", "journal", "lock", "workers"),
+    ("_arrays", "_files", "_kernel_cache", "compilation", "earth", "errors", "journal", "lock", "workers"),
     (
         *("assembly", "block_ldl", "closing", "damping", "forces", "masses", "material", "matrices"),
         *("motions", "net", "net_forces", "patterns", "phases", "reels", "restraints", "scalar_ldl"),
