@@ -91,9 +91,9 @@ def _telling(summary: dict[str, Any], *, held: bool) -> float:
 
 def _line_of(summary: dict[str, Any], *, drums: int, held: bool) -> str:
     figures, solver = summary["deployment"], summary["solver"]
-    words = [
-        f"{summary['title']}, {summary['net']['nodes'] - drums} knots, {figures['end_time'] - solver['begin']:.3g} s"
-    ]
+    knots, begin = summary["net"]["nodes"] - drums, solver["begin"]
+    since = f" from {begin:g} s on" if begin else ""
+    words = [f"{summary['title']}, {knots} knots, {figures['end_time'] - begin:.3g} s{since}"]
     if held:
         force = np.linalg.norm(np.sum([each["final_reaction"] for each in summary["restraints"]], axis=0))
         words.append(f"held or drawn with {force:.3g} N at the end")
