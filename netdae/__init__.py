@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from netdae.forces.free_molecular import FreeMolecularDrag
     from netdae.forces.loads import Gravity, NodalLoad
     from netdae.forces.orbit import Orbit
+    from netdae.forces.protocol import Account, Force, Tangent
     from netdae.forces.solar import BodySolarPressure, SolarPressure
     from netdae.initial import ejected, scaled
     from netdae.integration import integrate
@@ -65,6 +66,7 @@ _HOMES = {
     "netdae.forces.free_molecular": ("FreeMolecularDrag",),
     "netdae.forces.loads": ("Gravity", "NodalLoad"),
     "netdae.forces.orbit": ("Orbit",),
+    "netdae.forces.protocol": ("Account", "Force", "Tangent"),
     "netdae.forces.solar": ("BodySolarPressure", "SolarPressure"),
     "netdae.initial": ("ejected", "scaled"),
     "netdae.integration": ("integrate",),

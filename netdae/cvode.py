@@ -48,7 +48,7 @@ class CvodeSolver:
 
     def _rate(self, t, y, yp) -> None:  # type: ignore[no-untyped-def]
         self.counts["residuals"] += 1
-        yp[:] = self._problem.rate(t, y)
+        yp[:] = self._problem.finite_rate(t, y)
 
     def enter(self, phase: System, t: float, y: FloatArray, yp: FloatArray) -> None:
         """Start afresh at t in a phase."""
@@ -90,5 +90,5 @@ class CvodeSolver:
             raise RunError(
                 f"the run failed at t = {self._t:.9g} s: {result.message} Try another accuracy or method"
             )
-        yp = self._problem.rate(result.t, result.y)
+        yp = self._problem.finite_rate(result.t, result.y)
         return Step(result.t, result.y.reshape(self._shape), yp.reshape(self._shape))

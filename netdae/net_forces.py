@@ -13,6 +13,7 @@ import numpy as np
 
 from netdae._arrays import BoolArray, FloatArray, IntArray
 from netdae.assembly import BlockPattern, gather, scatter_add, scatter_blocks
+from netdae.errors import RunError
 from netdae.forces.protocol import Force, LinkedForce
 
 
@@ -61,7 +62,13 @@ class NetForces:
         """f (n, 3), N."""
         total = np.zeros_like(x)
         for placed, xe, ve in self._gathered(x, v):
-            scatter_add(placed.force.force(t, xe, ve), placed.nodes, total)
+            f = placed.force.force(t, xe, ve)
+            if f.shape != xe.shape:
+                raise RunError(
+                    f"{type(placed.force).__name__}.force gave an array {f.shape}, expected {xe.shape}: "
+                    "a force on each node of each element"
+                )
+            scatter_add(f, placed.nodes, total)
         return total
 
     def tangent_blocks(self, t: float, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -104,7 +104,7 @@ def _numbers_in(line: bytes, path: Path) -> tuple[float, ...]:
 
 
 class Progress:
-    """Observer that shows simulated time, steps and the time left: a bar on a terminal, log lines elsewhere.
+    """Observer that shows simulated time and the time left: a bar on a terminal, log lines elsewhere.
 
     end : the simulated time at which the flight ends, s
     console : where the bar goes; by default standard error
@@ -118,7 +118,6 @@ class Progress:
     def __init__(self, end: float, *, console: Console | None = None, title: str = "flight") -> None:
         self.end_time = end
         self.title = title
-        self.step_count = 0
         self._console = console
         self._bar: Any = None
 
@@ -133,7 +132,6 @@ class Progress:
     def _show_from(self, start: float | None) -> None:
         from rich.console import Console
 
-        self.step_count = -1 if start is None else 0  # the first State watched is the start
         self._start_time = start
         self._t = start or 0.0
         self._tenth = 0
@@ -141,12 +139,11 @@ class Progress:
         console = self._console or Console(stderr=True)
         if console.is_terminal:
             self._bar = _bar_on(console)
-            self._task = self._bar.add_task(self.title, total=1.0, t=0.0, end=self.end_time, steps=0)
+            self._task = self._bar.add_task(self.title, total=1.0, t=0.0, end=self.end_time)
             self._bar.start()
 
     def watch(self, state: State) -> None:
-        """Count an internal step."""
-        self.step_count += 1
+        """See how far the flight has come."""
         self._t = state.t
         if self._start_time is None:
             self._start_time = state.t
@@ -176,16 +173,15 @@ class Progress:
     def _look(self) -> None:
         self._looked = time.monotonic()
         share = 0.0 if self._start_time is None else self._share()
-        self._bar.update(self._task, completed=share, t=self._t, steps=max(0, self.step_count), refresh=True)
+        self._bar.update(self._task, completed=share, t=self._t, refresh=True)
 
     def _log_line(self) -> None:
         spent, share = time.monotonic() - self._began, self._share()
         _log.info(
-            "%s: t = %.4g s of %.4g s, %d steps, %.1f s left",
+            "%s: t = %.4g s of %.4g s, %.1f s left",
             self.title,
             self._t,
             self.end_time,
-            self.step_count,
             spent * (1 - share) / share,
         )
 
@@ -198,7 +194,6 @@ def _bar_on(console: Console) -> Any:
         TextColumn("{task.description}"),
         BarColumn(),
         TextColumn("t = {task.fields[t]:.4g} s of {task.fields[end]:.4g} s"),
-        TextColumn("{task.fields[steps]} steps"),
         TextColumn("spent"),
         TimeElapsedColumn(),
         TextColumn("left"),

@@ -20,7 +20,7 @@ from netdae.assembly import BlockPattern
 from netdae.damping import Damping, Rayleigh, check_damping
 from netdae.forces.cables import Cables
 from netdae.forces.loads import Load
-from netdae.forces.protocol import Force
+from netdae.forces.protocol import Force, check_force
 from netdae.masses import check_free_nodes, lumped_masses
 from netdae.material import Cords, Material
 from netdae.net import CableNet
@@ -89,12 +89,15 @@ class System:
             tau,
         )
         self._of_reels = forces_of(self.reels, net, self.cords, tau)
+        self._own = tuple(forces)
+        for force in self._own:
+            check_force(force)
         self.forces: tuple[Force, ...] = (
             self.cables,
             *self._of_reels,
             *damping.forces(net, self.cords, self.spatial_mass),
             *(load.on(net, self.cords, self.spatial_mass) for load in loads),
-            *forces,
+            *self._own,
         )
         self._net_forces = NetForces.of(self.forces, net.node_count)
         self._phase = (-math.inf, math.inf)
@@ -221,11 +224,11 @@ class System:
         """½ v·M v, J; that of drums is in it."""
         return 0.5 * float(self.mass @ np.einsum("ni,ni->n", v, v))
 
-    def elastic_energy(self, x: FloatArray) -> float:
-        """Stored energy of all cables and of the stops of reels, J."""
+    def elastic_energy(self, x: FloatArray, *, t: float = 0.0) -> float:
+        """Stored energy of all cables, of the stops of reels, and of forces of one's own, J; t in s is for messages."""
         stored = self.cables.energy_and_peak(x)[0]  # those on reels have EĀ = 0 there
-        for force in self._of_reels:
-            stored += force.account(0.0, x[force.nodes], np.zeros((*force.nodes.shape, 3))).stored_energy
+        for force in (*self._of_reels, *self._own):
+            stored += force.account(t, x[force.nodes], np.zeros((*force.nodes.shape, 3))).stored_energy
         return stored
 
     def momentum(self, v: FloatArray) -> FloatArray:

@@ -102,7 +102,9 @@ def _line_of(summary: dict[str, Any], *, drums: int, held: bool) -> str:
             f"largest mouth {figures['largest_mouth_area']:.3g} m² at {figures['largest_mouth_area_time']:.3g} s"
         )
     if any(event["action"] == "start_closing" for event in summary["events"]):
-        words.append(f"{min(figures['final_mouth_area'], figures['final_corner_area']):.2g} m² at the end")
+        words.append(
+            f"mouth {figures['final_mouth_area']:.2g} and corners {figures['final_corner_area']:.2g} m² at the end"
+        )
     words.append(f"peak tension {figures['peak_tension']:.3g} N")
     happened = [event["name"] for event in summary["events"] if event["time"] is not None]
     if happened:

@@ -245,6 +245,7 @@ class Odd:
 
     nodes, links = np.array([[1, 2, 3]]), np.array([[1, 2], [2, 3]])
     newton, jumps, kinks, external = "links", (), (), True
+    force = tangent = account = None
 
 
 def test_a_force_with_links_of_one_s_own_is_left_to_python():

@@ -9,7 +9,8 @@ of the second order in H and symplectic where f comes of a potential: the impuls
 al., Molecular Simulation 6, 1991; M. Tuckerman, B. J. Berne, G. J. Martyna, J. Chem. Phys. 97, 1992). f at the end
 takes v* + H/2 M⁻¹ f(t, x, v) in the place of v′, which differs from it by the order of H².
 
-Work is the change of kinetic energy in the kicks, exactly, and impulse that of momentum. H is `SHARES` over the rate of
+Work is the change of kinetic energy in the kicks, exactly, beside what the forces lose and store, and impulse that of
+momentum. H is `SHARES` over the rate of
 the forces: with Gershgorin's bounds K of M⁻¹ ∂f/∂x and C of M⁻¹ ∂f/∂v that is max(√K, C). Forces of which Newton's
 matrix takes a part may come and go as cables do: with them each step has its own kicks, which takes the time of tens of
 steps. No step is longer than `STIFF` over the rate.
@@ -56,12 +57,14 @@ class Slow(NamedTuple):
     """What the kicks at both ends of a chunk of the length H in s gave.
 
     a : the forces' accelerations (n, 3) at both ends; lost : J, of the work, as dissipation
+    stored : J, that the forces have taken up
     """
 
     H: float
     kicks: tuple[Given, Given]
     a: tuple[FloatArray, FloatArray]
     lost: float
+    stored: float
 
     def missing(self, s: float) -> tuple[FloatArray, FloatArray, FloatArray]:
         """What x, v and a of the kernel lack at `s` after the begin of the chunk.
@@ -77,7 +80,7 @@ class Slow(NamedTuple):
     def share(self, s: float) -> Share:
         """What the books have gained by then."""
         r = s / self.H
-        work = self.kicks[0].work + self.kicks[1].work + self.lost
+        work = self.kicks[0].work + self.kicks[1].work + self.lost + self.stored
         p = r * (self.kicks[0].impulse + self.kicks[1].impulse)
         return Share(r * self.lost, r * work, p[0], 0.0, p[1])
 
@@ -96,7 +99,7 @@ class Kicks:
         self._moving = ~system.restrained & (self._mass > 0)
         self._wrench = system.wrench
         self._a = np.zeros((system.net.node_count, 3))
-        self._power = 0.0
+        self._power = self._stored = 0.0
         self._look_in = 0
         self._first = Given(self._a, 0.0, np.zeros((2, 3)))
         self.longest = self.stiffest = math.inf
@@ -116,20 +119,21 @@ class Kicks:
 
     def close(self, t: float, x: FloatArray, v: FloatArray, planned: float, H: float) -> Slow:
         """The kick at the end of a chunk, added to v, whose length has become H."""
-        a, power, rest = self._a, self._power, H - 0.5 * planned
+        a, power, stored, rest = self._a, self._power, self._stored, H - 0.5 * planned
         self._look(t, x, v + rest * a)
         last = self._give(x, v, rest)
-        return Slow(H, (self._first, last), (a, self._a), 0.5 * H * (power + self._power))
+        lost = 0.5 * H * (power + self._power)
+        return Slow(H, (self._first, last), (a, self._a), lost, self._stored - stored)
 
     def memory(self) -> dict[str, FloatArray]:
         """What the next kicks depend on."""
-        numbers = (self._power, self._look_in, self.longest, self.stiffest)
+        numbers = (self._power, self._stored, self._look_in, self.longest, self.stiffest)
         return {"slow": self._a.copy(), "slow_numbers": np.array(numbers)}
 
     def restore(self, memory: Mapping[str, FloatArray]) -> None:
         """Go on as those that told this memory."""
         self._a = memory["slow"].copy()
-        self._power, look_in, self.longest, self.stiffest = memory["slow_numbers"].tolist()
+        self._power, self._stored, look_in, self.longest, self.stiffest = memory["slow_numbers"].tolist()
         self._look_in = int(look_in)
 
     def _look(self, t: float, x: FloatArray, v: FloatArray) -> None:
@@ -137,7 +141,7 @@ class Kicks:
         self._a = np.divide(f, self._mass, out=np.zeros_like(f), where=self._moving)
         if np.abs(self._a - former).max() > JUMP * np.abs(former).max():
             self._look_in = 0
-        self._power = self._forces.account(t, x, v)[1]
+        self._stored, self._power, _ = self._forces.account(t, x, v)
         if self._look_in == 0:
             self._look_in = RATES_HOLD
             rate = self._rate(t, x, v)

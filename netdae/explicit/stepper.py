@@ -28,7 +28,8 @@ from netdae.restraints import Drive
 from netdae.stepper import NOTHING, Share, Step
 from netdae.system import System
 
-CHUNK = 128  # steps between two looks: 2 to 3 ms of a 21 x 21 net
+CHUNK, LEAST = 128, 32  # steps between two looks, 2 to 3 ms of a 21 x 21 net; and where such a chunk is long
+SPAN = 0.01  # share of a phase that a chunk is long at: within it the largest mouth and the like go unseen
 TOLD = 500_000  # numbers of x, v and a that are kept at once where every step is told
 FRACTIONS = {"fast": 0.9, "standard": 0.5, "accurate": 0.2}
 """Share of the stable step length that each accuracy takes; `scripts/accuracy.py` measures what each keeps."""
@@ -60,7 +61,7 @@ class ExplicitSolver:
         self._steps: list[Step] = []  # told of the last chunk, with shares from its begin
         self._t = 0.0
         self._fresh = True  # no step has been taken in the phase
-        self._strain_limit = self._rate_limit = 0.0
+        self._strain_limit = self._rate_limit = self._span = 0.0
         self._lengths = np.zeros(0)
         self._stable = 0.0
         self._peak = 0.0
@@ -73,6 +74,7 @@ class ExplicitSolver:
     def enter(self, phase: System, t: float, y: FloatArray, yp: FloatArray) -> None:
         """Start afresh at t in a phase."""
         self._phase, self._t, self._fresh = phase, t, True
+        self._span = 0.0
         self._kernel.look_at_anchors()
         self._now = np.stack((y[0].ravel(), y[1].ravel(), yp[1].ravel()))
         if self._kicks:
@@ -93,6 +95,7 @@ class ExplicitSolver:
         """Up to `CHUNK` steps towards `stop`: all, or their end and before it the step of a new largest tension."""
         begin = perf_counter()
         remaining = stop - self._t
+        self._span = max(self._span, SPAN * remaining)
         stable = min(self._stable, self._kicks.stiffest)
         count = min(self._longest(stable), math.ceil(remaining / stable))
         last = count * stable >= remaining
@@ -159,6 +162,7 @@ class ExplicitSolver:
             self._scale,
             self._gained,
             self._rate_limit,
+            self._span,
         )
         own = {
             "v": self._now[1].copy(),
@@ -176,7 +180,7 @@ class ExplicitSolver:
         self._fresh, self._powers = bool(memory["fresh"]), memory["powers"].copy()
         numbers = memory["numbers"].tolist()
         self._t, self._strain_limit, self._stable, self._peak = numbers[:4]
-        self._energy, self._scale, self._gained, self._rate_limit = numbers[4:]
+        self._energy, self._scale, self._gained, self._rate_limit, self._span = numbers[4:]
         if self._kicks:
             self._kicks.restore(memory)
 
@@ -186,7 +190,7 @@ class ExplicitSolver:
 
     def _longest(self, h: float) -> int:
         """How many steps of length h a chunk may have."""
-        longest = min(CHUNK, self._kicks.longest / h)
+        longest = min(CHUNK, max(LEAST, self._span / h), self._kicks.longest / h)
         if self.every_step:
             longest = min(longest, TOLD / self._now.size)
         return max(1, math.floor(longest))
@@ -257,7 +261,7 @@ class ExplicitSolver:
 
     def _energy_now(self) -> float:
         x, v = self._places()
-        return self._system.kinetic_energy(v) + self._system.elastic_energy(x)
+        return self._system.kinetic_energy(v) + self._system.elastic_energy(x, t=self._t)
 
     def _check_energy(self, share: Share | None) -> None:
         """Raise RunError where energy has come out of nothing, as it does in a step that is too long."""
@@ -266,9 +270,16 @@ class ExplicitSolver:
         self._gained += share.external_work - max(share.dissipated_energy, 0.0)  # no damper gives
         self._scale = max(self._scale, energy, abs(self._gained))
         excess = energy - self._energy - self._gained
-        if not excess <= UNSTABLE * self._scale:
+        if not math.isfinite(excess):
+            bad = np.argwhere(~np.isfinite(self._now).reshape(3, -1, 3).all(axis=(0, 2)))
+            where = f" at node {bad[0, 0]}" if len(bad) else ""
+            raise RunError(
+                f"the run failed at t = {self._t:.9g} s: its state{where} is not finite: a force gave no number, or "
+                f"the explicit step of {self._chunk.h:.3g} s is much too long"
+            )
+        if excess > UNSTABLE * self._scale:
             speed = np.linalg.norm(self._places()[1], axis=1)
-            node = int(np.argmax(np.where(np.isfinite(speed), speed, np.inf)))
+            node = int(np.argmax(speed))
             raise RunError(
                 f"the run failed at t = {self._t:.9g} s: its energy rose by {excess:.3g} J out of nothing, the "
                 f"explicit step of {self._chunk.h:.3g} s is too long; worst is node {node} with {speed[node]:.3g} m/s. "

@@ -10,12 +10,17 @@ from typing import Literal, NamedTuple, Protocol
 import numpy as np
 
 from netdae._arrays import FloatArray, IntArray
+from netdae.errors import InputError
 
 NewtonPart = Literal["symmetric", "links", "nothing"]
 
 
 class Account(NamedTuple):
-    """Energy and powers of a force at one instant."""
+    """Energy and powers of a force at one instant.
+
+    What a force stores depends on positions alone, and counts with the elastic energy of the cables; what changes with
+    time is external power.
+    """
 
     stored_energy: float = 0.0  # J
     dissipated_power: float = 0.0  # W, taken out of the motion
@@ -102,6 +107,17 @@ class Force(Protocol):
     def account(self, t: float, x: FloatArray, v: FloatArray) -> Account:
         """Stored energy, dissipated and external power of all elements together."""
         ...
+
+
+MEMBERS = ("nodes", "newton", "jumps", "kinks", "external", "force", "tangent", "account")
+
+
+def check_force(force: object) -> None:
+    """Raise InputError for what lacks a part of a Force."""
+    if missing := [name for name in MEMBERS if not hasattr(force, name)]:
+        raise InputError(
+            f"{type(force).__name__} is no force: it lacks {', '.join(missing)}; see netdae.forces.protocol.Force"
+        )
 
 
 class LinkedForce(Force, Protocol):
