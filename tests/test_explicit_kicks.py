@@ -47,12 +47,13 @@ def orbiting(n, x0, v0, t):
 
 
 def test_free_masses_in_orbit_follow_the_closed_form_with_the_square_of_the_chunk(monkeypatch):
-    monkeypatch.setattr("netdae.explicit.stepper.SPAN", np.inf)  # chunks of 128 steps
+    monkeypatch.setattr("netdae.explicit.stepper.CHUNK", 128)
+    monkeypatch.setattr("netdae.explicit.stepper.SPAN", np.inf)  # all chunks have so many steps
     n, end = 0.01, 50.0
     system = pair(loads=[Orbit(n)])
     v = np.array([[0.0, 0.01, 0.005], [0.0, 0.009, -0.002]])
     start = State.at(system.net.nodes, v)
-    errors, steps = [], [0.8 / 128, 0.4 / 128, 0.2 / 128]
+    errors, steps = [], [H / 128 for H in (0.8, 0.4, 0.2)]
     for h in steps:
         flight = simulate(system, start, [0.0, 0.37 * end, end], options=explicit(max_step=h))
         exact = [[orbiting(n, start.x[k], v[k], t) for k in (0, 1)] for t in flight.times]
@@ -79,7 +80,8 @@ def flown(loads, options, *, restraints=(), times=(0.0, 0.021, 0.05)):
 @pytest.mark.parametrize("name", LOADS)
 def test_nets_fly_and_book_as_ida_does(name, monkeypatch):
     """Also where a frame lies inside a chunk, and where some axes are held."""
-    monkeypatch.setattr("netdae.explicit.stepper.SPAN", np.inf)  # chunks of 128 steps
+    monkeypatch.setattr("netdae.explicit.stepper.CHUNK", 128)
+    monkeypatch.setattr("netdae.explicit.stepper.SPAN", np.inf)  # all chunks have so many steps
     held = [Restraint("one", "xz")]
     _, sharp = flown(LOADS[name], SHARP, restraints=held)
     errors = []
@@ -135,7 +137,8 @@ class Springs:
 @pytest.mark.parametrize(("k", "newton"), [(0.5, "nothing"), (5e4, "nothing"), (5e4, "symmetric")])
 def test_a_force_of_ones_own_flies_whether_it_is_soft_or_stiff(k, newton, monkeypatch):
     """m ẍ + c ẋ + k x = 0 as in textbooks; a stiff one takes steps of its own."""
-    monkeypatch.setattr("netdae.explicit.stepper.SPAN", np.inf)  # chunks of 128 steps
+    monkeypatch.setattr("netdae.explicit.stepper.CHUNK", 128)
+    monkeypatch.setattr("netdae.explicit.stepper.SPAN", np.inf)  # all chunks have so many steps
     c, end = 0.1 * np.sqrt(k), 3.0 / np.sqrt(k)
     system = pair(forces=[Springs([1], k, c, newton)])
     start = State.at(system.net.nodes)

@@ -28,8 +28,8 @@ from netdae.restraints import Drive
 from netdae.stepper import NOTHING, Share, Step
 from netdae.system import System
 
-CHUNK, LEAST = 128, 32  # steps between two looks, 2 to 3 ms of a 21 x 21 net; and where such a chunk is long
-SPAN = 0.01  # share of a phase that a chunk is long at: within it the largest mouth and the like go unseen
+CHUNK, LEAST = 256, 32  # steps between two looks, 4 to 7 ms of a 21 x 21 net; and where such a chunk is long
+SPAN = 0.02  # share of a phase that a chunk is long at: within it the largest mouth and the like go unseen
 TOLD = 500_000  # numbers of x, v and a that are kept at once where every step is told
 FRACTIONS = {"fast": 0.9, "standard": 0.5, "accurate": 0.2}
 """Share of the stable step length that each accuracy takes; `scripts/accuracy.py` measures what each keeps."""
