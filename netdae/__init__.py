@@ -14,6 +14,7 @@ from netdae._kernel_cache import forget_outdated
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from netdae._arrays import Flags, Reals, Reals2, Wholes
     from netdae.damping import Dashpot, NoDamping, Rayleigh
     from netdae.ejection import Ejection, Launch, Spread, fired
     from netdae.errors import InputError, MeshError, NetdaeError, RunError, ScenarioError
@@ -22,7 +23,9 @@ if TYPE_CHECKING:
     from netdae.flight import simulate
     from netdae.forces.air import AirDrag
     from netdae.forces.drag import BodyDrag
+    from netdae.forces.elements import ElementForce
     from netdae.forces.free_molecular import FreeMolecularDrag
+    from netdae.forces.law import Law, compiled
     from netdae.forces.loads import Gravity, NodalLoad
     from netdae.forces.orbit import Orbit
     from netdae.forces.protocol import Account, Force, Tangent
@@ -55,6 +58,7 @@ if TYPE_CHECKING:
     from netdae.vtk import VtuSeries
 
 _HOMES = {
+    "netdae._arrays": ("Flags", "Reals", "Reals2", "Wholes"),
     "netdae.stowing.accordion": ("accordion",),
     "netdae.damping": ("Dashpot", "NoDamping", "Rayleigh"),
     "netdae.ejection": ("Ejection", "Launch", "Spread", "fired"),
@@ -63,6 +67,8 @@ _HOMES = {
     "netdae.events.event": ("Event",),
     "netdae.forces.air": ("AirDrag",),
     "netdae.forces.drag": ("BodyDrag",),
+    "netdae.forces.elements": ("ElementForce",),
+    "netdae.forces.law": ("Law", "compiled"),
     "netdae.forces.free_molecular": ("FreeMolecularDrag",),
     "netdae.forces.loads": ("Gravity", "NodalLoad"),
     "netdae.forces.orbit": ("Orbit",),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -10,6 +10,15 @@ from numpy.typing import ArrayLike, NDArray
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
+
+# arrays of so many axes, as fields of what compiled code sees: see `records`
+Reals = Annotated[FloatArray, 1]
+Reals2 = Annotated[FloatArray, 2]
+Reals3 = Annotated[FloatArray, 3]
+Wholes = Annotated[IntArray, 1]
+Wholes2 = Annotated[IntArray, 2]
+Wholes3 = Annotated[IntArray, 3]
+Flags = Annotated[BoolArray, 1]
 
 
 def frozen_floats(values: ArrayLike) -> FloatArray:
@@ -25,3 +34,8 @@ def frozen_ints(values: ArrayLike) -> IntArray:
 def _frozen(array: NDArray[Any]) -> NDArray[Any]:
     array.flags.writeable = False
     return array
+
+
+def wholes(*shape: int) -> IntArray:
+    """Zeros, as whole numbers."""
+    return np.zeros(shape, dtype=np.int64)

@@ -10,29 +10,46 @@ import contextlib
 import os
 from collections.abc import Iterator
 
+from netdae._sources import Sources
+
 
 def forget_outdated(package: str) -> None:
-    """Delete the kernels below the folder `package` that are older than the source of any of them."""
+    """Delete the kernels below the folder `package` that are older than a source that their module is made of."""
     kernels = list(_kernels_below(package))
-    # a compiled file is called module.function-line and so on
-    sources = {os.path.join(folder, f"{entry.name.partition('.')[0]}.py") for folder, entry in kernels}
-    newest = 0.0
-    for source in sources:
-        with contextlib.suppress(OSError):  # its module is gone
-            newest = max(newest, os.stat(source).st_mtime)
-    for _, entry in kernels:
+    if not kernels or max(_times_of_sources(package), default=0.0) <= min(_time(path) for _, path in kernels):
+        return
+    sources = Sources(package)
+    newest: dict[str, float] = {}
+    for module, kernel in kernels:
+        if module not in newest:
+            newest[module] = max(_time(source) for source in sources.closure_of(module))
         with contextlib.suppress(OSError):  # another process may be faster, or the folder not be ours
-            if entry.stat().st_mtime < newest:
-                os.unlink(entry.path)
+            if _time(kernel) < newest[module]:
+                os.unlink(kernel)
+            else:
+                os.utime(kernel)  # newer than all sources there are, which is seen at a glance next time
 
 
-def _kernels_below(package: str) -> Iterator[tuple[str, os.DirEntry[str]]]:
-    """Each compiled file with the folder of its source."""
+def _time(path: str) -> float:
+    """When a file was written last, s; 0 where it is gone."""
+    try:
+        return os.stat(path).st_mtime
+    except OSError:
+        return 0.0
+
+
+def _times_of_sources(package: str) -> Iterator[float]:
+    for folder, _, names in os.walk(package):
+        yield from (_time(os.path.join(folder, name)) for name in names if name.endswith(".py"))
+
+
+def _kernels_below(package: str) -> Iterator[tuple[str, str]]:
+    """The source of its module and the path of each compiled file."""
     for folder, subfolders, _ in os.walk(package):
         if "__pycache__" not in subfolders:
             continue
         subfolders.remove("__pycache__")
         with os.scandir(os.path.join(folder, "__pycache__")) as entries:
             for entry in entries:
-                if entry.name.endswith((".nbi", ".nbc")):
-                    yield folder, entry
+                if entry.name.endswith((".nbi", ".nbc")):  # called module.function-line and so on
+                    yield os.path.join(folder, f"{entry.name.partition('.')[0]}.py"), entry.path

@@ -56,7 +56,7 @@ class Balance:
         self.delta = 0.0
         self._system, self._t, self._tolerance = system, system.inside(t), tolerance
         self._cables = system.cables
-        self._others = [force for force in system.forces if force is not system.cables]
+        self._others = [force for force in system.forces if force is not system.cables.force]
         self._still = np.zeros((system.net.node_count, 3))
         self._load = self._least_load = 0.0
         self._parts = connected_components(graph_of(system.net.cables, system.net.node_count))[1]

@@ -25,7 +25,8 @@ import numpy as np
 
 from netdae._arrays import FloatArray
 from netdae.errors import InputError
-from netdae.forces.motor import Motor
+from netdae.forces.elements import ElementForce
+from netdae.forces.motor import MOTOR, Motor
 from netdae.forces.rings import Rings
 from netdae.material import Material
 
@@ -217,8 +218,9 @@ def _check_length(length: float | None) -> None:
         raise InputError(f"closing: length is {length:g} m: give a finite number above zero")
 
 
-def motors_of(hauls: Sequence[Haul], drums: Sequence[int]) -> Motor:
+def motors_of(hauls: Sequence[Haul], drums: Sequence[int]) -> ElementForce:
     """The motors of drums at the nodes `drums`, one for each haul."""
     speed = np.array([haul.speed for haul in hauls], dtype=np.float64)
     strength: FloatArray = np.array([haul.force for haul in hauls], dtype=np.float64)
-    return Motor(np.array(drums, dtype=np.int64)[:, None], strength, speed, WIDTH * speed, CREEP * speed)
+    motors = Motor(strength, speed, WIDTH * speed, CREEP * speed)
+    return ElementForce(MOTOR, np.array(drums, dtype=np.int64)[:, None], motors)

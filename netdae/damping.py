@@ -13,8 +13,9 @@ import numpy as np
 
 from netdae._arrays import FloatArray
 from netdae.errors import InputError
+from netdae.forces.elements import ElementForce
 from netdae.forces.protocol import Force
-from netdae.forces.rayleigh import MassDamping, StiffnessDamping
+from netdae.forces.rayleigh import MASS_DAMPING, STIFFNESS_DAMPING, MassDamping, StiffnessDamping
 from netdae.material import Cords
 from netdae.net import CableNet
 
@@ -102,12 +103,14 @@ class Rayleigh:
                 "Eq. (9) needs the spread net as reference; or use the dashpot"
             )
         n = span / length[:, None]
-        stiffness = (cords.axial_stiffness / net.rest_length)[:, None, None] * n[:, :, None] * n[:, None, :]
         terms: list[Force] = []
         if self.beta > 0:
-            terms.append(StiffnessDamping(net.cables, self.beta * stiffness))
+            viscosity = self.beta * cords.axial_stiffness / net.rest_length
+            along = StiffnessDamping(np.sqrt(viscosity)[:, None] * n)
+            terms.append(ElementForce(STIFFNESS_DAMPING, net.cables, along))
         if self.alpha > 0:
-            terms.append(MassDamping(np.arange(net.node_count)[:, None], self.alpha * mass))
+            nodes = np.arange(net.node_count)[:, None]
+            terms.append(ElementForce(MASS_DAMPING, nodes, MassDamping(self.alpha * mass)))
         return terms
 
 

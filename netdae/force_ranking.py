@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 from netdae import earth
 from netdae.errors import InputError
 from netdae.external_forces import ExternalForce, external_forces_of
-from netdae.forces.orbit import OrbitForce
+from netdae.forces.elements import ElementForce
+from netdae.forces.orbit import ORBIT
 from netdae.scales import Scales, gravities_of, scales_of
 from netdae.state import State
 from netdae.surface_forces import kind_of
@@ -85,5 +86,5 @@ def included_in(system: System, t: float = 0.0) -> frozenset[str]:
 
 def orbit_altitude(system: System) -> float | None:
     """Altitude in m of the orbit that a system has; raises InputError where the Earth has none like it."""
-    orbits = [force for force in system.forces if isinstance(force, OrbitForce)]
-    return earth.altitude_of(orbits[0].mean_motion) if orbits else None
+    orbits = [force for force in system.forces if isinstance(force, ElementForce) and force.law is ORBIT]
+    return earth.altitude_of(orbits[0].parameters.mean_motion) if orbits else None

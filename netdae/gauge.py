@@ -140,9 +140,9 @@ class Gauge:
             system.strength,
             self.tether,
         )
-        if not system.reels:
+        if not system.stores_elsewhere:
             return measured
-        return (measured[0], system.elastic_energy(x), *measured[2:])  # with the stops of the reels
+        return (measured[0], system.elastic_energy(x), *measured[2:])
 
 
 @njit(cache=True)

@@ -107,6 +107,12 @@ class Integration:
             "wall_seconds": {"total": round(self._seconds, 6), **seconds},
         }
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a user should know of the way it was flown."""
+        note = getattr(self._solver, "note", "")
+        return (note,) if note else ()
+
     # A flight that goes on
 
     def memory(self) -> dict[str, Any]:

@@ -36,7 +36,6 @@ class Ledger:
         self._system = system
         self._drive = drive
         self._held = bool(drive.mask.any())
-        self._outside = any(force.external for force in system.forces)
         self._last = start
         self._rates = self._rates_at(start.t, start.x, start.v)
         self._dissipated = start.books.dissipated_energy
@@ -112,8 +111,7 @@ class Ledger:
         return Share(h / 6 * (d0 + 4 * d1 + d2), h / 6 * (w0 + 4 * w1 + w2), impulse, peak, angular)
 
     def _rates_at(self, t: float, x: FloatArray, v: FloatArray) -> _Rates:
-        _, dissipated, external = self._system.account(t, x, v)
-        wrench = self._system.external_wrench(t, x, v) if self._outside else np.zeros((2, 3))
+        _, dissipated, external, wrench = self._system.powers(t, x, v)
         if self._held:
             _, v_d, a_d = self._drive.at(self._system.inside(t))
             reactions = self._system.reactions(t, x, v, a_d)

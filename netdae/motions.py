@@ -219,3 +219,8 @@ def check_derivatives(motion: Motion, axes: IntArray, begin: float, end: float) 
 def _difference(motion: Motion, k: int, t: float, h: float) -> FloatArray:
     before, after = t - h, t + h
     return (motion.at(after)[k] - motion.at(before)[k]) / (after - before)
+
+
+def is_steady(motion: Motion) -> bool:
+    """Whether a motion keeps its velocity."""
+    return isinstance(motion, Fixed | Steady)

@@ -1,89 +1,74 @@
-"""All forces of a net together: gathered from the nodes, asked element by element, scattered back.
+"""All forces of a net together, for methods that call from Python; see `forces.table` for compiled code.
 
 Symbols: n nodes, x, v (n, 3); f sum of all forces (n, 3); T = −∂f/∂x, D = −∂f/∂v.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
-from typing import cast
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple, cast
 
 import numpy as np
 
 from netdae._arrays import BoolArray, FloatArray, IntArray
-from netdae.assembly import BlockPattern, gather, scatter_add, scatter_blocks
-from netdae.errors import RunError
+from netdae.assembly import BlockPattern, scatter_add, scatter_blocks
+from netdae.forces.loops import DISSIPATED, EXTERNAL, FORCE, STORED, TENSION
 from netdae.forces.protocol import Force, LinkedForce
+from netdae.forces.table import Table
 
 
-@dataclass(frozen=True, eq=False)
-class Placed:
-    """A force with its place in the net: nodes (m, k) and their blocks (m, k, k), None where it needs none.
+class Powers(NamedTuple):
+    """What all forces store, take and bring at one instant.
 
-    Of a force with links the blocks are those of the links, (p, 2, 2).
+    stored : J; dissipated, external : W; wrench : force in N and torque about the origin in N m from outside, (2, 3)
     """
 
-    force: Force
-    nodes: IntArray
-    blocks: IntArray | None
+    stored: float
+    dissipated: float
+    external: float
+    wrench: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
 class NetForces:
-    """Forces with their places, and the pattern of the blocks that they couple."""
+    """Forces with the blocks that they couple.
 
-    placed: tuple[Placed, ...]
+    blocks : of each force, (m, k, k) in `pattern`, None where it needs none; of a force with links those of the links,
+        (p, 2, 2)
+    """
+
+    forces: tuple[Force, ...]
+    table: Table
     pattern: BlockPattern
+    blocks: tuple[IntArray | None, ...]
 
     @classmethod
-    def of(cls, forces: Sequence[Force], node_count: int) -> NetForces:
-        """Forces on a net of so many nodes."""
-        coupled = [_coupled_by(force) for force in forces]
-        pattern = BlockPattern.of(node_count, [nodes for nodes in coupled if nodes is not None])
-        placed = (
-            Placed(force, force.nodes, None if nodes is None else pattern.places_of(nodes))
-            for force, nodes in zip(forces, coupled, strict=True)
-        )
-        return cls(tuple(placed), pattern)
-
-    def with_first(self, force: Force) -> NetForces:
-        """The same with another first force on the same nodes."""
-        return replace(self, placed=(replace(self.placed[0], force=force), *self.placed[1:]))
-
-    def _gathered(self, x: FloatArray, v: FloatArray) -> Iterable[tuple[Placed, FloatArray, FloatArray]]:
-        for placed in self.placed:
-            local = np.empty((2, *placed.nodes.shape, 3))
-            gather(x, placed.nodes, local[0])
-            gather(v, placed.nodes, local[1])
-            yield placed, local[0], local[1]
+    def of(cls, forces: Sequence[Force], in_space: BoolArray) -> NetForces:
+        """Forces on a net of which `in_space` (n,) are places in space."""
+        coupled = [coupled_by(force) for force in forces]
+        pattern = BlockPattern.of(len(in_space), [nodes for nodes in coupled if nodes is not None])
+        blocks = tuple(None if nodes is None else pattern.places_of(nodes) for nodes in coupled)
+        return cls(tuple(forces), Table(forces, in_space), pattern, blocks)
 
     def force(self, t: float, x: FloatArray, v: FloatArray) -> FloatArray:
         """f (n, 3), N."""
-        total = np.zeros_like(x)
-        for placed, xe, ve in self._gathered(x, v):
-            f = placed.force.force(t, xe, ve)
-            if f.shape != xe.shape:
-                raise RunError(
-                    f"{type(placed.force).__name__}.force gave an array {f.shape}, expected {xe.shape}: "
-                    "a force on each node of each element"
-                )
-            scatter_add(f, placed.nodes, total)
-        return total
+        return self.table.force(t, x, v)
 
     def tangent_blocks(self, t: float, x: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Symmetric parts of T and D as blocks (b, 3, 3) of `pattern`, without the dyads of linked forces."""
         T = np.zeros((len(self.pattern.rows), 3, 3))
         D = np.zeros_like(T)
-        for placed, xe, ve in self._gathered(x, v):
-            if placed.blocks is None:
+        for force, blocks in zip(self.forces, self.blocks, strict=True):
+            if blocks is None:
                 continue
-            if placed.force.newton == "links":
-                K, C, *_ = cast(LinkedForce, placed.force).newton_part(t, xe, ve)
+            xe, ve = x[force.nodes], v[force.nodes]
+            if force.newton == "links":
+                K, C, *_ = cast(LinkedForce, force).newton_part(t, xe, ve)
                 elements = np.arange(len(K))
             else:
-                elements, K, C = placed.force.tangent(t, xe, ve)
-            scatter_blocks(elements, K, C, placed.blocks, T, D)
+                elements, K, C = force.tangent(t, xe, ve)
+            scatter_blocks(elements, K, C, blocks, T, D)
         return T, D
 
     def tangent_product(
@@ -91,30 +76,21 @@ class NetForces:
     ) -> FloatArray:
         """(∂f/∂x) dx + (∂f/∂v) dv, (n, 3), with the whole, unsymmetric tangents."""
         total = np.zeros_like(x)
-        for placed, xe, ve in self._gathered(x, v):
-            elements, K, C = placed.force.tangent(t, xe, ve)
-            nodes = placed.nodes[elements]
+        for force in self.forces:
+            elements, K, C = force.tangent(t, x[force.nodes], v[force.nodes])
+            nodes = force.nodes[elements]
             local = np.einsum("eiajb,ejb->eia", K, dx[nodes]) + np.einsum("eiajb,ejb->eia", C, dv[nodes])
             scatter_add(local, nodes, total)
         return total
 
-    def account(self, t: float, x: FloatArray, v: FloatArray) -> tuple[float, float, float]:
-        """Stored energy in J, dissipated and external power in W."""
-        accounts = [placed.force.account(t, xe, ve) for placed, xe, ve in self._gathered(x, v)]
-        stored, dissipated, external = (sum(column) for column in zip(*accounts, strict=True))
-        return stored, dissipated, external
-
-    def external_wrench(self, t: float, x: FloatArray, v: FloatArray, in_space: BoolArray) -> FloatArray:
-        """Force in N and torque about the origin in N m of those from outside on nodes in space (n,), (2, 3)."""
-        total = np.zeros((2, 3))
-        for placed, xe, ve in self._gathered(x, v):
-            if placed.force.external:
-                f = placed.force.force(t, xe, ve)
-                total += wrench_of(xe, np.where(in_space[placed.nodes][..., None], f, 0.0))
-        return total
+    def powers(self, t: float, x: FloatArray, v: FloatArray) -> Powers:
+        """Stored energy, powers and wrench from outside."""
+        sums = self.table.sums(t, x, v)
+        wrench = sums[FORCE:TENSION].reshape(2, 3)
+        return Powers(float(sums[STORED]), float(sums[DISSIPATED]), float(sums[EXTERNAL]), wrench)
 
 
-def _coupled_by(force: Force) -> IntArray | None:
+def coupled_by(force: Force) -> IntArray | None:
     """Nodes (m, k) among which blocks couple all, None where there are none."""
     if force.newton == "nothing":
         return None

@@ -195,9 +195,7 @@ def _shots(system: System, start: State, launch: Launch, *, usual_net: bool) -> 
 
 def _gravity(system: System, t: float) -> Iterator[str]:
     after = math.nextafter(t, math.inf)
-    g = sum(
-        (load.signal(after) for load in gravities_of(system) if load.signal.covers(t, after)), np.zeros(3)
-    )
+    g = sum((g(after) for g in gravities_of(system) if g.covers(t, after)), np.zeros(3))
     largest = float(np.linalg.norm(g))
     if largest > LARGEST_GRAVITY:
         yield (

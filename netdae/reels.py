@@ -15,10 +15,11 @@ import numpy as np
 
 from netdae._arrays import BoolArray, FloatArray, IntArray, frozen_ints
 from netdae.errors import InputError
-from netdae.forces.brake import Brake, EndStop
-from netdae.forces.drawcord import SlidingCord
+from netdae.forces.brake import BRAKE, END_STOP, Brake, EndStop
+from netdae.forces.drawcord import sliding_cord
+from netdae.forces.elements import ElementForce
 from netdae.forces.protocol import Force
-from netdae.forces.reel import Reeled
+from netdae.forces.reel import REELED, Reeled
 from netdae.forces.rings import Cord, Rings
 from netdae.material import Cords
 from netdae.net import CableNet
@@ -200,12 +201,11 @@ def forces_of(reels: Sequence[Reel], net: CableNet, cords: Cords, tau: FloatArra
     )
 
 
-def _reeled_of(reels: Sequence[Reel], net: CableNet, cords: Cords, tau: FloatArray) -> Reeled:
+def _reeled_of(reels: Sequence[Reel], net: CableNet, cords: Cords, tau: FloatArray) -> ElementForce:
     cables = np.concatenate([reel.cables for reel in reels])
     drum = np.concatenate([np.full(len(reel.cables), reel.node) for reel in reels])
     share = np.concatenate([np.full(len(reel.cables), reel.share) for reel in reels])
-    return Reeled(
-        np.column_stack((net.cables[cables], drum)),
+    parameters = Reeled(
         net.rest_length[cables],
         share,
         cords.axial_stiffness[cables],
@@ -213,9 +213,10 @@ def _reeled_of(reels: Sequence[Reel], net: CableNet, cords: Cords, tau: FloatArr
         cords.engineering[cables],
         tau[cables],
     )
+    return ElementForce(REELED, np.column_stack((net.cables[cables], drum)), parameters)
 
 
-def _cord_of(reel: Reel, rings: Rings, net: CableNet, cords: Cords, tau: FloatArray) -> SlidingCord:
+def _cord_of(reel: Reel, rings: Rings, net: CableNet, cords: Cords, tau: FloatArray) -> ElementForce:
     """The cord is of the material of its first cable; its τ is the mean of those of its cables."""
     nodes, closed = rings_of(reel, net)
     first = reel.cables[0]
@@ -231,7 +232,7 @@ def _cord_of(reel: Reel, rings: Rings, net: CableNet, cords: Cords, tau: FloatAr
         rings.creep_speed,
         1.0 if rings.fastened else 0.5,
     )
-    return SlidingCord(np.append(nodes, reel.node)[None], cord, closed)
+    return sliding_cord(np.append(nodes, reel.node)[None], cord, closed=closed)
 
 
 def _brakes_of(reels: Sequence[Reel]) -> list[Force]:
@@ -240,7 +241,8 @@ def _brakes_of(reels: Sequence[Reel]) -> list[Force]:
         return []
     numbers = np.array([(reel.brake_force, reel.creep_speed, reel.viscosity) for reel in braked]).T.copy()
     nodes = np.array([[reel.node] for reel in braked])
-    return [Brake(nodes, numbers[0], numbers[1], numbers[2], np.array([reel.ratchet for reel in braked]))]
+    ratchets = np.array([reel.ratchet for reel in braked])
+    return [ElementForce(BRAKE, nodes, Brake(numbers[0], numbers[1], numbers[2], ratchets))]
 
 
 def way_of(reel: Reel, L: FloatArray) -> tuple[float, float]:
@@ -264,4 +266,4 @@ def _stops_of(reels: Sequence[Reel], net: CableNet, cords: Cords) -> list[Force]
                 k = reel.share**2 * float(np.sum(EA / np.minimum(L, L + reel.share * place)))
                 rows.append((reel.node, place, side, k, 2 * math.sqrt(k * reel.inertia)))
     table = np.array(rows).T.copy()
-    return [EndStop(table[0].astype(np.int64)[:, None], table[1], table[2], table[3], table[4])]
+    return [ElementForce(END_STOP, table[0].astype(np.int64)[:, None], EndStop(*table[1:]))]

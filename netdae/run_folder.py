@@ -283,6 +283,7 @@ def fly(
                     fired=flight.fired,
                     last=last.state,
                     resumes=notes["resumes"],
+                    notes=flight.notes,
                 )
                 summary |= notes["about"]
                 folder.write_summary(summary)

@@ -48,11 +48,12 @@ def summary_of(
     fired: Mapping[str, float],
     last: State | None,
     resumes: Sequence[Mapping[str, Any]] = (),
+    notes: Sequence[str] = (),
 ) -> dict[str, Any]:
     """What summary.json tells: no figure in it depends on the number of frames.
 
     status : "finished", "interrupted" or "failed: " with the reason
-    statistics, impulses, fired : of the `Integration`
+    statistics, impulses, fired, notes : of the `Integration`
     last : State of the last internal step, None if there is none
     resumes : where the run was gone on from, if it was stopped under way; the figures are of the whole flight
     """
@@ -80,7 +81,7 @@ def summary_of(
         "impulses": [{"time": t, "impulse": list(map(float, impulse))} for t, impulse in impulses],
         "events": [] if simulation.events is None else simulation.events.records,
         "resumes": [*resumes],
-        "notes": [*simulation.notes],
+        "notes": [*simulation.notes, *notes],
         "warnings": warnings,
         "versions": versions(),
     }

@@ -23,9 +23,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from netdae._arrays import FloatArray
-from netdae.forces.loads import UniformLoad
+from netdae.forces.elements import ElementForce
+from netdae.forces.loads import UNIFORM_LOAD
 from netdae.forces.solar import is_light
 from netdae.restraints import Restraint
+from netdae.signals import Signal
 from netdae.state import State
 from netdae.surface_forces import surface_force_of
 from netdae.system import System
@@ -192,20 +194,24 @@ def _gravity_during(system: System, begin: float, end: float) -> float:
     for t in np.linspace(begin, end, 203)[1:-1].tolist():  # jumps tend to stand at round numbers
         g = np.zeros(3)
         for load in loads:
-            if load.signal.covers(t, t):
-                g += load.signal(t)
+            if load.covers(t, t):
+                g += load(t)
         largest = max(largest, float(np.linalg.norm(g)))
     return largest
 
 
-def gravities_of(system: System) -> list[UniformLoad]:
-    """Uniform loads that pull on every mass in proportion to it."""
+def gravities_of(system: System) -> list[Signal]:
+    """Of the uniform loads that pull on every mass in proportion to it: g, m/s²."""
     return [
-        force for force in system.forces if isinstance(force, UniformLoad) and _pulls_masses(force, system)
+        force.signal
+        for force in system.forces
+        if isinstance(force, ElementForce) and force.signal is not None and _pulls_masses(force, system)
     ]
 
 
-def _pulls_masses(load: UniformLoad, system: System) -> bool:
+def _pulls_masses(load: ElementForce, system: System) -> bool:
+    if load.law is not UNIFORM_LOAD:
+        return False
     nodes, pulled = load.nodes[:, 0], np.zeros(system.net.node_count, dtype=np.bool_)
-    pulled[nodes] = load.weight == system.spatial_mass[nodes]
+    pulled[nodes] = load.parameters.weight == system.spatial_mass[nodes]
     return bool(pulled[system.spatial_mass > 0].all()) and not is_light(load)

@@ -48,6 +48,18 @@ def signal_of(value: Signal | ArrayLike | Callable[[float], ArrayLike]) -> Signa
     return Constant(value)
 
 
+Line = tuple[FloatArray, FloatArray]
+"""Value (3,) at a time, and rate (3,) from there on, 1/s."""
+
+
+def line_of(signal: Signal, begin: float, end: float) -> Line | None:
+    """A signal from `begin` to `end` as a line; None where it is none."""
+    line = getattr(signal, "line", None)  # those of a user need not have it
+    if line is None or any(begin < kink < end for kink in signal.kinks):
+        return None
+    return line(begin, end)
+
+
 @dataclass(frozen=True, eq=False)
 class Constant:
     """The same three numbers at all times."""
@@ -62,6 +74,10 @@ class Constant:
     def __call__(self, t: float) -> FloatArray:
         """The value (3,)."""
         return self.value  # type: ignore[return-value]
+
+    def line(self, begin: float, end: float) -> Line:
+        """The value, and no rate."""
+        return self(begin), np.zeros(3)
 
     def covers(self, begin: float, end: float) -> bool:
         """Always."""
@@ -92,6 +108,10 @@ class Pulse:
     def __call__(self, t: float) -> FloatArray:
         """Value (3,) at time t."""
         return self.value if self.begin <= t < self.end else np.zeros(3)  # type: ignore[return-value]
+
+    def line(self, begin: float, end: float) -> Line:
+        """Value at `begin`, and no rate."""
+        return self(begin), np.zeros(3)
 
     def covers(self, begin: float, end: float) -> bool:
         """Always."""
@@ -161,6 +181,13 @@ class Table:
         if self.interpolation == "linear":
             return np.array([np.interp(t, self.times, column) for column in self.values.T])
         return next((spline for end, spline in self._splines if t < end), self._splines[-1][1])(t)
+
+    def line(self, begin: float, end: float) -> Line | None:
+        """Value at `begin` and rate up to `end`; None of a cubic table, or beyond the last row."""
+        if self.interpolation == "cubic" or not self.covers(begin, end):
+            return None
+        start = self(begin)
+        return start, (self(end) - start) / (end - begin) if end > begin else np.zeros(3)
 
     def covers(self, begin: float, end: float) -> bool:
         """Whether the rows reach from `begin` to `end`."""

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from netdae._arrays import FloatArray
-from netdae.forces.air import AirOnCables
-from netdae.forces.drag import DragOnBodies
+from netdae.forces.air import AIR, AirOnCables
+from netdae.forces.drag import BODY_DRAG
+from netdae.forces.elements import ElementForce
 from netdae.forces.free_molecular import MolecularDrag
-from netdae.forces.loads import UniformLoad
 from netdae.forces.orbit import OrbitForce
 from netdae.forces.protocol import Force
-from netdae.forces.solar import LightOnCables, is_light
+from netdae.forces.solar import is_light
 from netdae.system import System
 from netdae.tether import is_own_node
 
@@ -27,17 +27,14 @@ def kind_of(force: Force, t: float) -> str | None:
 
     The drag of bodies has one law in orbit and in dense air: it is told apart by `FASTEST_WIND`.
     """
-    match force:
-        case OrbitForce():
-            return "orbit"
-        case MolecularDrag():
-            return "drag"
-        case AirOnCables():
-            return "air"
-        case DragOnBodies():
-            return "drag" if size_of(force, t) > FASTEST_WIND else "air"
-        case _:
-            return "sunlight" if is_light(force) else None
+    if not isinstance(force, ElementForce):
+        return None
+    if force.law is BODY_DRAG:
+        return "drag" if size_of(force, t) > FASTEST_WIND else "air"
+    return "sunlight" if is_light(force) else _KINDS.get(force.law.parameters)
+
+
+_KINDS = {OrbitForce: "orbit", MolecularDrag: "drag", AirOnCables: "air"}
 
 
 @dataclass(frozen=True)
@@ -90,14 +87,11 @@ def surface_force_of(
 
 def _coefficients(force: Force) -> FloatArray:
     """What |w|² or the light is multiplied with where a force is largest, (m,)."""
-    match force:
-        case AirOnCables():
-            return 2 * force.across * force.L
-        case MolecularDrag() | LightOnCables():
-            return 2 * force.weight * force.L
-        case DragOnBodies() | UniformLoad():
-            return force.weight
-    raise TypeError(f"{type(force).__name__} is neither drag nor light")
+    assert isinstance(force, ElementForce)
+    p = force.parameters
+    if force.law is AIR:
+        return np.asarray(2 * p.across * p.L)
+    return np.asarray(p.weight if force.nodes.shape[1] == 1 else 2 * p.weight * p.L)
 
 
 def size_of(force: Force, t: float) -> float:

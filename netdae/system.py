@@ -24,7 +24,7 @@ from netdae.forces.protocol import Force, check_force
 from netdae.masses import check_free_nodes, lumped_masses
 from netdae.material import Cords, Material
 from netdae.net import CableNet
-from netdae.net_forces import NetForces, wrench_of
+from netdae.net_forces import NetForces, Powers, wrench_of
 from netdae.phases import pieces_of
 from netdae.reels import (
     Reel,
@@ -88,18 +88,17 @@ class System:
             self.cords.engineering,
             tau,
         )
-        self._of_reels = forces_of(self.reels, net, self.cords, tau)
-        self._own = tuple(forces)
-        for force in self._own:
+        own = tuple(forces)
+        for force in own:
             check_force(force)
         self.forces: tuple[Force, ...] = (
-            self.cables,
-            *self._of_reels,
+            self.cables.force,
+            *forces_of(self.reels, net, self.cords, tau),
             *damping.forces(net, self.cords, self.spatial_mass),
             *(load.on(net, self.cords, self.spatial_mass) for load in loads),
-            *self._own,
+            *own,
         )
-        self._net_forces = NetForces.of(self.forces, net.node_count)
+        self._net_forces = NetForces.of(self.forces, self.in_space)
         self._phase = (-math.inf, math.inf)
 
     def _hold(self, active: tuple[Restraint, ...]) -> None:
@@ -116,8 +115,8 @@ class System:
         """The same system in which some cables, True in `cables` (m,), do not pull."""
         other = copy(self)
         other.cables = replace(self.cables, EA=np.where(cables, 0.0, self.cables.EA))
-        other.forces = (other.cables, *self.forces[1:])
-        other._net_forces = self._net_forces.with_first(other.cables)
+        other.forces = (other.cables.force, *self.forces[1:])
+        other._net_forces = NetForces.of(other.forces, self.in_space)
         return other
 
     @property
@@ -208,13 +207,22 @@ class System:
 
     # Energies and momenta
 
+    def powers(self, t: float, x: FloatArray, v: FloatArray) -> Powers:
+        """What all forces store, take and bring; raises RunError where a reel has wound in all of a cable."""
+        self.rest_lengths_on_reels(x, t=t)
+        return self._net_forces.powers(self.inside(t), x, v)
+
     def account(self, t: float, x: FloatArray, v: FloatArray) -> tuple[float, float, float]:
         """Stored energy in J, dissipated power and external power of loads in W."""
-        return self._net_forces.account(self.inside(t), x, v)
+        return self.powers(t, x, v)[:3]
 
     def external_wrench(self, t: float, x: FloatArray, v: FloatArray) -> FloatArray:
         """Force in N and torque about the origin in N m of all from outside but restraints, none on reels, (2, 3)."""
-        return self._net_forces.external_wrench(self.inside(t), x, v, self.in_space)
+        return self.powers(t, x, v).wrench
+
+    def rest_lengths_on_reels(self, x: FloatArray, *, t: float = 0.0) -> FloatArray:
+        """Rest lengths (m,) of cables and whole cords that reels wind in, m; raises RunError where one has ended."""
+        return self._net_forces.table.rest_lengths(t, x)
 
     def wrench(self, x: FloatArray, f: FloatArray) -> FloatArray:
         """Sum of forces, or impulses, f (n, 3) and of their moments about the origin, (2, 3), without the reels'."""
@@ -225,11 +233,14 @@ class System:
         return 0.5 * float(self.mass @ np.einsum("ni,ni->n", v, v))
 
     def elastic_energy(self, x: FloatArray, *, t: float = 0.0) -> float:
-        """Stored energy of all cables, of the stops of reels, and of forces of one's own, J; t in s is for messages."""
-        stored = self.cables.energy_and_peak(x)[0]  # those on reels have EĀ = 0 there
-        for force in (*self._of_reels, *self._own):
-            stored += force.account(t, x[force.nodes], np.zeros((*force.nodes.shape, 3))).stored_energy
-        return stored
+        """Energy that all forces store, J; t in s is for messages."""
+        return self.powers(t, x, np.zeros_like(x)).stored
+
+    @property
+    def stores_elsewhere(self) -> bool:
+        """Whether forces beside the cables may store energy: reels, springs, and those written in Python."""
+        laws = [getattr(force, "law", None) for force in self.forces[1:]]
+        return any(law is None or law.energy is not None for law in laws)
 
     def momentum(self, v: FloatArray) -> FloatArray:
         """Σ m v, (3,), N s."""

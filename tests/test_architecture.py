@@ -16,7 +16,10 @@ MODULES = {
 
 # from the bottom up; a module imports its own layer or lower ones. A new module gets its place here.
 LAYERS = (
-    ("_arrays", "_files", "_kernel_cache", "compilation", "earth", "errors", "journal", "lock", "workers"),
+    (
+        *("_arrays", "_files", "_kernel_cache", "_sources", "addresses", "compilation", "earth", "errors"),
+        *("journal", "lock", "records", "workers"),
+    ),
     (
         *("assembly", "block_ldl", "closing", "damping", "forces", "masses", "material", "matrices"),
         *("motions", "net", "net_forces", "patterns", "phases", "reels", "restraints", "scalar_ldl"),
@@ -27,8 +30,8 @@ LAYERS = (
         *("scales", "stowing", "surface_forces", "system", "tether", "tethered"),
     ),
     (
-        *("balance", "cvode", "explicit", "finder", "flight", "ida", "integration", "ivp", "kernels"),
-        *("ledger", "linear_solver", "mark", "modes", "options", "statics", "stepper"),
+        *("balance", "cvode", "explicit", "finder", "flight", "ida", "integration", "ivp", "ledger"),
+        *("linear_solver", "mark", "modes", "options", "statics", "stepper"),
     ),
     ("checkpoint", "ensemble", "events", "figures", "gauge", "metrics", "observers", "recorder"),
     ("mesh", "vtk"),

@@ -23,8 +23,8 @@ from netdae.closing import (
 from netdae.damping import Dashpot, NoDamping, Rayleigh
 from netdae.errors import InputError
 from netdae.flight import simulate
-from netdae.forces.brake import EndStop
-from netdae.forces.drawcord import SlidingCord
+from netdae.forces.brake import END_STOP
+from netdae.forces.drawcord import SLIDING_CORD
 from netdae.forces.loads import NodalLoad
 from netdae.forces.rings import Rings
 from netdae.material import Material
@@ -87,13 +87,13 @@ def test_a_drawcord_runs_round_the_mouth_in_its_order():
         16 * np.hypot(0.5, 1e-3)
     )
     system = system_of(closed)
-    cord = next(force for force in system.forces if isinstance(force, SlidingCord))
-    assert cord.closed
+    cord = next(force for force in system.forces if force.law is SLIDING_CORD)
+    assert cord.parameters.segments == len(loop)  # as many as rings: closed
     np.testing.assert_array_equal(cord.nodes[0], [*loop, net.node_count])
     np.testing.assert_array_equal(mouth_of(closed.net, "border"), loop)
-    stop = next(force for force in system.forces if isinstance(force, EndStop))
-    np.testing.assert_allclose(stop.stiffness, 1e5 / 1.0)  # of what is left of the cord
-    np.testing.assert_allclose(stop.place, 16 * np.hypot(0.5, 1e-3) - 1.0)
+    stop = next(force for force in system.forces if force.law is END_STOP)
+    np.testing.assert_allclose(stop.parameters.stiffness, 1e5 / 1.0)  # of what is left of the cord
+    np.testing.assert_allclose(stop.parameters.place, 16 * np.hypot(0.5, 1e-3) - 1.0)
     assert system.spatial_mass[-1] == 0.0
     assert system.mass[-1] == pytest.approx(20.0 * 0.01)  # what 20 N bring to 1 m/s in 10 ms
 

@@ -8,13 +8,17 @@ from scipy.integrate import solve_ivp
 from netdae.damping import Dashpot, NoDamping
 from netdae.errors import InputError, RunError
 from netdae.flight import simulate
-from netdae.forces.drawcord import SlidingCord
+from netdae.forces.drawcord import sliding_cord, tensions_of
+from netdae.forces.elements import ElementForce
 from netdae.forces.loads import NodalLoad
-from netdae.forces.reel import Reeled
+from netdae.forces.loops import TENSION
+from netdae.forces.motor import MOTOR, Motor
+from netdae.forces.reel import REELED, Reeled
 from netdae.forces.rings import Cord, Rings
 from netdae.material import Material
 from netdae.motions import FunctionMotion
 from netdae.net import CableNet
+from netdae.net_forces import NetForces
 from netdae.options import SolverOptions
 from netdae.reels import Reel
 from netdae.restraints import Restraint
@@ -148,7 +152,7 @@ def test_forces_on_rings_have_no_resultant_and_no_moment(closed, friction):
     rng = default_rng(5)
     x, v = rng.standard_normal((2, 1, 31, 3))
     x[0, -1, 0] = 0.1
-    force = SlidingCord(np.arange(31)[None], cord(L=20.0, friction=friction, tau=0.01), closed)
+    force = sliding_cord(np.arange(31)[None], cord(L=20.0, friction=friction, tau=0.01), closed=closed)
     f = force.force(0.0, x, v)
     assert np.abs(f).max() > 10.0
     rings = f[0, :-1]
@@ -162,9 +166,10 @@ def test_a_cord_between_two_rings_is_a_reeled_cable():
     x, v = rng.standard_normal((2, 1, 3, 3))
     x[0, 2, 0] = 0.2
     L = 0.9 * np.linalg.norm(x[0, 1] - x[0, 0]) + 0.2
-    one = SlidingCord(np.arange(3)[None], cord(L=L, eps=0.05, tau=0.05, size=1e-6, friction=0.3), False)
+    alone = cord(L=L, eps=0.05, tau=0.05, size=1e-6, friction=0.3)
+    one = sliding_cord(np.arange(3)[None], alone, closed=False)
     single = [np.array([value]) for value in (L, -1.0, 50.0, 0.05, False, 0.05)]
-    other = Reeled(np.arange(3)[None], *single)
+    other = ElementForce(REELED, np.arange(3)[None], Reeled(*single))
     np.testing.assert_allclose(one.force(0.0, x, v), other.force(0.0, x, v), rtol=1e-9)
     for a, b in zip(one.tangent(0.0, x, v)[1:], other.tangent(0.0, x, v)[1:], strict=True):
         np.testing.assert_allclose(a, b, rtol=0, atol=1e-9 * np.abs(b).max())
@@ -177,7 +182,7 @@ def test_coincident_rings_give_numbers_and_touch_at_their_size(friction):
     x, v = rng.standard_normal((2, 1, 9, 3))
     x[0, 3] = x[0, 4] = x[0, 2]
     x[0, -1, 0] = 0.0
-    force = SlidingCord(np.arange(9)[None], cord(L=5.0, size=0.01, friction=friction), True)
+    force = sliding_cord(np.arange(9)[None], cord(L=5.0, size=0.01, friction=friction), closed=True)
     with np.errstate(all="raise"):
         assert np.isfinite(force.force(0.0, x, v)).all()
         K, C = force.tangent(0.0, x, v).spread(1)
@@ -185,7 +190,7 @@ def test_coincident_rings_give_numbers_and_touch_at_their_size(friction):
     assert np.isfinite(C).all()
     packed = np.zeros((1, 9, 3))
     for L, taut in ((0.081, False), (0.079, True)):  # eight rings of 1 cm
-        force = SlidingCord(np.arange(9)[None], cord(L=L, size=0.01, friction=friction), True)
+        force = sliding_cord(np.arange(9)[None], cord(L=L, size=0.01, friction=friction), closed=True)
         assert (force.account(0.0, packed, v).stored_energy > 0) == taut
         assert not force.force(0.0, packed, v)[0, :-1].any()
 
@@ -199,17 +204,17 @@ def test_tensions_fall_from_ring_to_ring_by_the_capstan_rule(friction):
     v[0, -1, 0] = 1e6  # far over the creep speed also at the last ring
     L = 0.9 * 2 * k * np.sin(np.pi / k)
     one, both = (
-        SlidingCord(np.arange(k + 1)[None], cord(L=L, friction=friction, theta=theta), True)
+        sliding_cord(np.arange(k + 1)[None], cord(L=L, friction=friction, theta=theta), closed=True)
         for theta in (1.0, 0.5)
     )
     # angles are smoothed by 1e-3 of them
     step = np.exp(-friction * (2 * np.pi / k - 1e-3))
-    N = one.tensions(0.0, x, v)
+    N = tensions_of(one, x, v)
     np.testing.assert_allclose(N[1:] / N[:-1], step, rtol=1e-6)
-    mean = SlidingCord(np.arange(k + 1)[None], cord(L=L), True).tensions(0.0, x, v)
+    mean = tensions_of(sliding_cord(np.arange(k + 1)[None], cord(L=L), closed=True), x, v)
     assert N.mean() == pytest.approx(mean[0], rel=1e-12)
     # wound in at both ends, the cord's middle stands still at the ring opposite
-    N = both.tensions(0.0, x, v)
+    N = tensions_of(both, x, v)
     np.testing.assert_allclose(N, N[::-1], rtol=1e-9)
     np.testing.assert_allclose(N[1:6] / N[:5], step, rtol=1e-6)
     assert N[5] == pytest.approx(N[6], rel=1e-9)
@@ -315,14 +320,57 @@ def test_strain_tension_and_energy_of_a_cord_are_those_of_its_whole_length():
 
 
 def test_a_cord_wound_in_whole_is_told():
-    x = np.zeros((1, 4, 3))
-    x[0, -1, 0] = 2.0
-    force = SlidingCord(np.array([[3, 5, 6, 7]]), cord(L=1.5), True)
-    with pytest.raises(
-        RunError, match=r"at t = 2\.5 s the cord through node 3 has the rest length -0\.5 m.*node 7"
-    ):
-        force.account(2.5, x, np.zeros_like(x))
-    assert np.isfinite(force.force(2.5, x, np.zeros_like(x))).all()  # Newton's iteration may try it
+    net = CableNet(np.zeros((8, 3)), [[0, 1]], rest_length=[1.0])
+    force = sliding_cord(np.array([[3, 5, 6, 7]]), cord(L=1.5), closed=True)
+    system = System(net, SOFT, damping=NoDamping(), masses={"all": 1.0}, forces=[force])
+    x = np.zeros((8, 3))
+    x[7, 0] = 2.0
+    for ask in (system.account, system.powers):
+        with pytest.raises(
+            RunError, match=r"at t = 2\.5 s the cord through node 3 has the rest length -0\.5 m.*node 7"
+        ):
+            ask(2.5, x, np.zeros_like(x))
+    local = x[force.nodes]
+    assert np.isfinite(force.force(2.5, local, np.zeros_like(local))).all()  # Newton's iteration may try it
+    x[7, 0] = np.nan
+    with pytest.raises(RunError, match=r"the cord through node 3 has the rest length nan m"):
+        system.account(2.5, x, np.zeros_like(x))
+
+
+@pytest.mark.parametrize("stretch", [0.3, 1.4, 6.0])
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_cords_and_motors_that_share_nodes_add_up_in_a_net(seed, stretch):
+    """A closed cord with friction, an open one with a toe, one of two rings: taut where stretch is above 1."""
+    told = (
+        ([3, 0, 4, 1, 7], cord(9.0 / stretch, tau=1e-2, friction=0.3, theta=0.5), True),
+        ([5, 2, 6, 8], cord(4.0 / stretch, eps=0.3, engineering=True), False),
+        ([1, 2, 7], cord(1.5 / stretch, share=0.5, tau=1e-3), False),
+    )
+    cords = [sliding_cord(np.array([nodes]), numbers, closed=closed) for nodes, numbers, closed in told]
+    two = Motor(*np.array([[5.0, 3.0], [0.1, -0.2], [0.02, 0.3], [0.05, 0.4]]))
+    one = Motor(*np.array([[2.0], [0.5], [0.1], [0.1]]))
+    motors = [ElementForce(MOTOR, *each) for each in ((np.array([[7], [2]]), two), (np.array([[8]]), one))]
+    rng, drums = default_rng(seed), np.arange(9) >= 7
+    x, v = rng.uniform(-1, 1, (9, 3)), 0.3 * rng.standard_normal((9, 3))
+    x[drums, 0] = rng.uniform(0.05, 0.2, 2)
+    whole, f, sums, taut = NetForces.of([*cords, *motors], ~drums), np.zeros((9, 3)), np.zeros(3), 0
+    for force in (*cords, *motors):
+        local = x[force.nodes], v[force.nodes]
+        np.add.at(f, force.nodes, force.force(0.0, *local))
+        sums += force.account(0.0, *local)
+    for force in cords:
+        local = x[force.nodes], v[force.nodes]
+        acts = bool(force.account(0.0, *local).stored_energy > 0)
+        numbers = force.parameters
+        rank = numbers.segments + 1 if numbers.friction > 0 else 2
+        assert len(force.newton_part(0.0, *local).left) == acts * rank
+        taut += acts
+    np.testing.assert_allclose(whole.force(0.0, x, v), f, rtol=1e-15, atol=1e-13)  # in another order
+    powers = whole.powers(0.0, x, v)
+    assert powers[:3] == pytest.approx(sums, rel=1e-14)
+    assert not powers.wrench.any()
+    assert (taut > 0) == (whole.table.sums(0.0, x, v)[TENSION] > 0.0)
+    assert taut == 3 if stretch > 2 else taut == 0 if stretch < 0.5 else True
 
 
 @pytest.mark.parametrize(

@@ -507,7 +507,8 @@ def test_fast_figures_ask_for_every_step_until_they_have_happened():
 @pytest.mark.parametrize("method", ["ida", "explicit"])
 def test_a_net_that_opens_has_its_largest_mouth_where_many_frames_have_it(method):
     system, start = reference_flight(4)
-    options = SolverOptions(method=method, accuracy="fast")
+    # at "fast" IDA is chaotic by then, and its mouth need not fall by 1 % before the end
+    options = SolverOptions(method=method, accuracy="standard")
     book = EventBook([Event("largest_mouth_area"), Event("mouth_area", 8.0)], system)
     asked = fly(system, start, 0.85, book, options)
     assert asked < 40  # calls of the dense output in a flight of thousands of steps

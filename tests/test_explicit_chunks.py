@@ -10,8 +10,9 @@ from conftest import SOFT, random_net, random_velocities, reference_flight
 
 from netdae.damping import Dashpot, NoDamping, Rayleigh
 from netdae.explicit.stepper import ExplicitSolver
+from netdae.forces.elements import ElementForce
 from netdae.forces.loads import Gravity, NodalLoad
-from netdae.forces.motor import Motor
+from netdae.forces.motor import MOTOR, Motor
 from netdae.forces.orbit import Orbit
 from netdae.forces.rings import Rings
 from netdae.material import Material
@@ -63,7 +64,7 @@ def with_cord():
     reel = Reel(
         9, np.arange(len(net.cables), len(cables)), inertia=0.02, share=-1.0, rings=rings, longest=2.0
     )
-    motor = Motor(np.array([[9]]), *np.array([[3.0], [2.0], [0.1], [0.02]]))
+    motor = ElementForce(MOTOR, np.array([[9]]), Motor(*np.array([[3.0], [2.0], [0.1], [0.02]])))
     system = System(
         strung,
         SOFT,
@@ -164,7 +165,8 @@ def test_a_solver_goes_on_bit_for_bit_from_the_memory_of_another(case):
 @pytest.mark.parametrize("case", CASES)
 def test_a_flight_of_which_each_step_is_told_is_the_same_flight(case):
     system, start = CASES[case]()
-    quiet, told = (solver_at(system, start, accuracy="fast") for _ in range(2))
+    # at "fast", 0.9 of the linear bound, a cable at its kink may gain energy from step to step
+    quiet, told = (solver_at(system, start, accuracy="standard") for _ in range(2))
     told.every_step = True
     for _ in range(6):
         chunk, steps = quiet.step(1000.0), told.step(1000.0)

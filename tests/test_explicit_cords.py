@@ -17,15 +17,13 @@ from netdae.closing import Haul
 from netdae.damping import Dashpot, NoDamping
 from netdae.errors import RunError
 from netdae.explicit import stepper as explicit
-from netdae.explicit.forces import KernelForces
 from netdae.explicit.stepper import ExplicitSolver
 from netdae.flight import simulate
-from netdae.forces.drawcord import SlidingCord
+from netdae.forces.drawcord import SLIDING_CORD, friction_rate
+from netdae.forces.elements import ElementForce
 from netdae.forces.loads import NodalLoad
-from netdae.forces.motor import Motor
+from netdae.forces.motor import MOTOR, Motor
 from netdae.forces.rings import Rings
-from netdae.kernels.cordage import friction_rate
-from netdae.kernels.strings import string_pulls, string_room_of
 from netdae.linear_solver import full_jacobian
 from netdae.mouth import vector_area
 from netdae.net import CableNet
@@ -56,7 +54,8 @@ def strung(seed, *, closed=True, rings=None, motor=False, damping=None, inertia=
     reel = Reel(
         DRUM, np.arange(m, m + len(ring)), inertia=inertia, share=share, rings=rings or Rings(size=1e-2)
     )
-    motors = [Motor(np.array([[DRUM]]), *np.array([[4.0], [0.5], [0.1], [0.05]]))] if motor else []
+    numbers = Motor(*np.array([[4.0], [0.5], [0.1], [0.05]]))
+    motors = [ElementForce(MOTOR, np.array([[DRUM]]), numbers)] if motor else []
     return System(whole, SOFT, damping=damping or Dashpot(viscosity_time=2e-4), reels=[reel], forces=motors)
 
 
@@ -69,8 +68,7 @@ ROUGH = Rings(size=1e-2, friction=0.3, creep_speed=0.5, fastened=False)
 def test_each_step_is_the_velocity_verlet_with_the_forces_of_cord_and_motor(seed, rings, motor):
     """M a = f(x, v − h a/2) with the motor's share at the velocity after the kick, v + h a/2."""
     system = strung(seed, rings=rings, motor=motor)
-    assert not KernelForces.of(system).others
-    pull = next((force for force in system.forces if isinstance(force, Motor)), None)
+    pull = next((force for force in system.forces if force.law is MOTOR), None)
     start = State.at(system.net.nodes, random_velocities(system.net, seed, 5.0) * system.in_space[:, None])
     h = 5e-5
     solver = ExplicitSolver(system, system.drive_from(start.x), explicit_options(max_step=h))
@@ -198,14 +196,13 @@ def test_the_rate_of_friction_is_above_its_largest_eigenvalue_and_not_far(seed, 
     system = system_of(net, rings, mass={"rings": 0.01, "heavy": 1.0}, inertia=0.02)
     x, v = net.nodes * 1.01, 1e-3 * rng.standard_normal(net.nodes.shape)
     x[k], v[k, 1:] = 0.0, 0.0
-    cordage = KernelForces.of(system).cordage
-    share, room = 1 / np.repeat(system.mass, 3), string_room_of(cordage.strings)
-    string_pulls(x.ravel(), v.ravel(), cordage.strings, room)
-    cord = next(force for force in system.forces if isinstance(force, SlidingCord))
+    share = 1 / np.repeat(system.mass, 3)
+    cord = next(force for force in system.forces if force.law is SLIDING_CORD)
     C = -cord.tangent(0.0, x[cord.nodes], v[cord.nodes]).dv.reshape(3 * k + 3, 3 * k + 3)
     root = np.sqrt(share)
     largest = np.linalg.eigvalsh(0.5 * root[:, None] * (C + C.T) * root)[-1]
-    rate = friction_rate(cordage, share, room)
+    ends = cord.nodes[0]
+    rate = friction_rate(cord.parameters, x[ends], v[ends], 1 / system.mass[ends])
     # G_j takes the larger of two tensions, which differ by e^{μφ}: its linear damping is that of their mean
     assert largest < 1.05 * rate
     assert largest > rate / 8
@@ -268,9 +265,10 @@ def test_a_motor_far_too_stiff_for_the_step_keeps_its_speed_stops_and_stalls():
     haul = Haul(speed=0.1, force=50.0, final_length=2.0, begin=0.1, drum_inertia=1e-2)
     closed, system = pair(haul)
     flight = simulate(system, closed.start, np.linspace(0, 12, 25), options=explicit_options(accuracy="fast"))
-    motor = next(force for force in system.forces if isinstance(force, Motor))
+    motor = next(force for force in system.forces if force.law is MOTOR)
     h = 12 / flight.statistics["steps"]
-    assert h * motor.strength[0] / (motor.width[0] * 1e-2) > 10  # 2 is the limit of an explicit one
+    strength, _, width, _ = motor.parameters
+    assert h * strength[0] / (width[0] * 1e-2) > 10  # 2 is the limit of an explicit one
     drum = np.array([[frame.x[4, 0], frame.v[4, 0]] for frame in flight])
     during = (flight.times > 1.0) & (flight.times < 9.0)
     np.testing.assert_allclose(drum[during, 1], 0.1, rtol=1e-2)

@@ -9,11 +9,10 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from netdae.damping import NoDamping, Rayleigh
-from netdae.explicit.forces import KernelForces
+from netdae.explicit.rayleigh import ImplicitDamping, damp, drags_of
 from netdae.explicit.stable_step import stable_step
 from netdae.explicit.stepper import ExplicitSolver
 from netdae.flight import simulate
-from netdae.kernels.rayleigh import ImplicitDamping, damp
 from netdae.motions import FunctionMotion
 from netdae.net import CableNet
 from netdae.options import SolverOptions
@@ -26,6 +25,12 @@ STRONG = Rayleigh(alpha=2.0, beta=1e-2)
 
 def explicit(**more):
     return SolverOptions(method="explicit", **more)
+
+
+def drags_in(system):
+    steady = [force for force in system.forces if force.law.steady]
+    assert len(steady) == (system.damping.alpha > 0) + (system.damping.beta > 0)
+    return drags_of(steady, 3 * system.net.node_count)
 
 
 def turned(net, angles=(0.3, 0.5, 0.7)):
@@ -54,7 +59,7 @@ def test_velocities_solve_the_implicit_equation_in_any_net(name, axes):
     system = System(net, SOFT, damping=STRONG, masses={"all": 1e-3})
     mass = np.repeat(system.mass, 3)
     entry = np.array([3 * node + "xyz".index(axis) for node in (0, 3) for axis in axes], dtype=np.int64)
-    implicit = ImplicitDamping(KernelForces.of(system).drags, mass, entry)
+    implicit = ImplicitDamping(drags_in(system), mass, entry)
     w, f = rng.standard_normal((2, len(mass)))
     speed = rng.standard_normal(len(entry))
     v, viscous = np.empty((2, len(mass)))
@@ -76,7 +81,7 @@ def test_velocities_solve_the_implicit_equation_in_any_net(name, axes):
 @pytest.mark.parametrize("rotation_deg", [(0, 0, 0), (20, 30, 40)])
 def test_the_factor_of_a_square_net_is_that_of_its_lines(rotation_deg):
     system, _ = reference_flight(20, damping=STRONG, rotation_deg=rotation_deg)
-    drags = KernelForces.of(system).drags
+    drags = drags_in(system)
     factor = ImplicitDamping(drags, np.repeat(system.mass, 3), np.zeros(0, dtype=np.int64)).at(1e-5).factor
     lines, knots = 2 * 21, 21
     assert len(factor.inverse) == lines * knots

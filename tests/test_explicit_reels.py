@@ -80,11 +80,7 @@ def test_a_brake_that_no_explicit_step_could_take_stops_a_mass_with_a_constant_f
     assert half.x[DRUM, 0] == pytest.approx(3 / 8 * v * stop, rel=1e-4)
     assert last.x[DRUM, 0] == pytest.approx((m + inertia) * v**2 / (2 * brake), rel=2e-4)
     assert abs(last.v[DRUM, 0]) < CREEP
-    # books of damping run half a step ahead of the velocities
-    early = 0.5 * h * brake * v
-    assert last.books.dissipated_energy == pytest.approx(
-        0.5 * (m + inertia) * v**2, rel=1e-4, abs=1.1 * early
-    )
+    assert last.books.dissipated_energy == pytest.approx(0.5 * (m + inertia) * v**2, rel=1e-4)
 
 
 def test_a_held_drum_creeps_as_the_brake_says():
@@ -157,7 +153,7 @@ def test_reels_fly_and_book_as_with_ida(case):
                 np.abs(kept - kept[0]).max(),
             ]
         )
-    # ways of 0.3 m, energies of 0.4 to 4 J; measured up to 8e-5, 9e-5, 2e-5, 1e-5, 1e-6 and 8e-5, of the first order
+    # ways of 0.3 m, energies of 0.4 to 4 J; measured up to 8e-5, 7e-5, 1e-5, 1e-5, 1e-6 and 5e-5, of the first order
     # in h by dashpots, brakes and stops
     assert (np.array(errors[0]) < [2e-4, 2e-4, 5e-5, 3e-5, 3e-6, 2e-4]).all()
     # IDA's own errors are 1e-8

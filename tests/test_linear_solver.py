@@ -14,7 +14,7 @@ from netdae.assembly import BlockPattern
 from netdae.damping import Dashpot, NoDamping, Rayleigh
 from netdae.errors import RunError
 from netdae.flight import simulate
-from netdae.forces.drawcord import SlidingCord
+from netdae.forces.drawcord import sliding_cord
 from netdae.forces.loads import Gravity, NodalLoad
 from netdae.forces.protocol import Account, Tangent
 from netdae.forces.rings import Cord
@@ -306,7 +306,7 @@ def corded(k, *, friction, restraints=()):
     for rings, drum, closed in ((np.arange(k), 2 * k, True), (np.arange(k, 2 * k), 2 * k + 1, False)):
         way = np.linalg.norm(np.diff(x[[*rings, *rings[: int(closed)]]], axis=0), axis=1).sum()
         cord = Cord(0.9 * way, -1.0, 50.0, 0.0, False, 1e-3, 1e-2, friction, 0.3, 1.0)
-        cords.append(SlidingCord(np.append(rings, drum)[None], cord, closed))
+        cords.append(sliding_cord(np.append(rings, drum)[None], cord, closed=closed))
     return System(
         net, SOFT, damping=NoDamping(), masses={"drums": 0.3}, restraints=restraints, forces=cords
     ), cords
@@ -336,7 +336,7 @@ def test_a_cord_does_not_fill_the_factor():
     """Its blocks are those of a chain of cables: a factor with as many as those of such a chain has."""
     k = 40
     system, cords = corded(k, friction=0.0)
-    chains = [np.stack((c.nodes[0, : c.segment_count], c.links[:, 1]), axis=1) for c in cords]
+    chains = [np.stack((c.nodes[0, : c.parameters.segments], c.links[:, 1]), axis=1) for c in cords]
     chained = BlockPattern.of(system.net.node_count, [system.net.cables, *chains])
     np.testing.assert_array_equal(system.pattern.rows, chained.rows)
     np.testing.assert_array_equal(system.pattern.columns, chained.columns)

@@ -14,9 +14,11 @@ from netdae.damping import Dashpot, NoDamping, Rayleigh
 from netdae.errors import RunError
 from netdae.flight import simulate
 from netdae.forces.loads import Gravity, NodalLoad
+from netdae.forces.protocol import Account, LinkedTangent
 from netdae.ida import memory as ida_memory
 from netdae.ida import native as native_ida
 from netdae.ida import sundials
+from netdae.ida import trial as ida_trial
 from netdae.ida.native import NativeIda, ida_stepper
 from netdae.ida.stepper import IdaSolver
 from netdae.integration import integrate
@@ -188,7 +190,7 @@ def test_max_step_bounds_the_steps():
     system, start = reference_flight(4)
     solver = entered(system, start, SolverOptions(max_step=1e-4))
     solver.step(0.02)
-    assert np.diff(solver._arrays["times"][: solver._row + 1]).max() <= 1e-4 * (1 + 1e-12)
+    assert np.diff(solver._record.chunk.times[: solver._row + 1]).max() <= 1e-4 * (1 + 1e-12)
     assert solver._row > 8
 
 
@@ -205,7 +207,7 @@ def test_a_chunk_ends_in_time_and_tells_the_largest_tension():
             assert len(steps) <= 4
             t = steps[-1].t
             if chunk > 1 and t - before > native_ida.SPAN:
-                inner = solver._arrays["times"][: solver._row + 1]
+                inner = solver._record.chunk.times[: solver._row + 1]
                 assert inner[-2] - inner[0] < native_ida.SPAN
             seen += [(step.t, system.peak_tension(step.y[0])) for step in steps]
         told.append((len(seen), max(seen, key=lambda row: row[1])))
@@ -253,6 +255,124 @@ def test_a_force_with_links_of_one_s_own_is_left_to_python():
     assert isinstance(stepper_of(system, State.at(system.net.nodes)), IdaSolver)
 
 
+class Idle:
+    """A force with links, written in Python, that does nothing."""
+
+    nodes, links = np.array([[1, 2, 3]]), np.array([[1, 2], [2, 3]])
+    newton, jumps, kinks, external = "links", (), (), False
+
+    def force(self, t, x, v):
+        return np.zeros_like(x)
+
+    def newton_part(self, t, x, v):
+        blocks, dyads = np.zeros((0, 2, 3, 2, 3)), np.zeros((0, 3, 3))
+        return LinkedTangent(blocks, blocks, dyads, dyads, dyads)
+
+    def tangent(self, t, x, v):
+        return self.newton_part(t, x, v).whole(self.nodes, self.links)
+
+    def account(self, t, x, v):
+        return Account()
+
+
+def test_a_force_with_links_in_python_is_flown_by_the_python_driver_which_is_noted(monkeypatch, compiled):
+    net = line(4)
+    start = State.at(net.nodes, random_velocities(net))
+    flights = []
+    for forces in ([], [Idle()]):
+        run = integrate(System(net, SOFT, damping=DAMPINGS["dashpot"], forces=forces), start, [0.0, 0.02])
+        *_, last = run
+        flights.append((run, last))
+    (without, there), (run, here) = flights
+    assert (without.statistics["driver"], without.notes) == ("compiled", ())
+    assert run.statistics["driver"] == "python"
+    assert run.statistics["steps"] > 10
+    (note,) = run.notes
+    assert note == (
+        "IDA was driven from Python, which takes 3 to 17 times as long: "
+        "Idle has links and is written in Python: write it as a Law"
+    )
+    driven_by(monkeypatch, "python")  # without the force, which is nothing
+    *_, there = integrate(System(net, SOFT, damping=DAMPINGS["dashpot"]), start, [0.0, 0.02])
+    np.testing.assert_allclose(here.x, there.x, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(here.v, there.v, rtol=0, atol=1e-10)
+
+
+def test_both_drivers_agree_on_the_flight_of_the_trial():
+    assert ida_trial.difference(NativeIda, IdaSolver) <= ida_trial.AGREES
+
+
+class Shifted(NativeIda):
+    """It tells velocities that are wrong by a little."""
+
+    wrong = 2 * ida_trial.AGREES
+
+    def step(self, stop):
+        return [step._replace(y=step.y + np.array([[[0.0]], [[self.wrong]]])) for step in super().step(stop)]
+
+
+class NoNumbers(Shifted):
+    wrong = np.nan
+
+
+class Heavy(NativeIda):
+    """What its kernels work on is not the system."""
+
+    def __init__(self, *flight):
+        super().__init__(*flight)
+        self._record._net.values.mass[:] *= 1.001
+
+
+class Singular(NativeIda):
+    """Its setups of Newton's matrix fail: nothing moves the nodes but their cable."""
+
+    def __init__(self, *flight):
+        super().__init__(*flight)
+        self._record._net.values.mass[:] = 0.0
+
+
+@pytest.fixture
+def trial_note(monkeypatch, tmp_path):
+    """The trial's note, which is not there yet, as if the library had not been tried."""
+    note = tmp_path / "notes" / "ida-agrees"
+    monkeypatch.setattr(ida_trial, "_note", lambda: note)
+    native_ida._check_library.cache_clear()
+    yield note
+    native_ida._check_library.cache_clear()
+
+
+BROKEN = [(Shifted, r"2\.?\d*e-06"), (NoNumbers, "nan"), (Heavy, r"0.000\d+"), (Singular, "inf")]
+
+
+@pytest.mark.parametrize(("driver", "found"), BROKEN)
+def test_a_driver_that_goes_astray_is_not_trusted(driver, found, trial_note):
+    words = rf"^both drivers of IDA differ by {found} on two nodes, more than 1e-06$"
+    for _ in range(2):  # nothing is noted
+        with pytest.raises(sundials.Unavailable, match=words):
+            ida_trial.check_agreement(driver, IdaSolver)
+        assert not trial_note.exists()
+
+
+@pytest.mark.parametrize("driver", [driver for driver, _ in BROKEN])
+def test_with_a_driver_that_goes_astray_flights_are_left_to_python(driver, trial_note, monkeypatch, caplog):
+    monkeypatch.setattr(native_ida, "NativeIda", driver)
+    system, start = reference_flight(2)
+    with caplog.at_level(logging.INFO):
+        solver = stepper_of(system, start)
+    assert isinstance(solver, IdaSolver)
+    assert re.search(r"3 to 17 times as long: both drivers of IDA differ by \S+ on two nodes", solver.note)
+    assert solver.note in caplog.text
+
+
+def test_drivers_that_agree_are_tried_once(trial_note):
+    def never(*flight):
+        raise AssertionError
+
+    ida_trial.check_agreement(NativeIda, IdaSolver)
+    assert trial_note.exists()
+    ida_trial.check_agreement(never, never)
+
+
 def test_true_products_are_left_to_python():
     system, start = reference_flight(2)
     assert isinstance(stepper_of(system, start, SolverOptions(products="true")), IdaSolver)
@@ -282,7 +402,7 @@ def test_another_library_than_expected_is_left_to_python(name, value, words, mon
     system, start = reference_flight(2)
     with caplog.at_level(logging.INFO):
         assert isinstance(stepper_of(system, start), IdaSolver)
-    assert re.search(f"driven from Python, which is slower: .*{words}", caplog.text)
+    assert re.search(f"IDA was driven from Python, which takes 3 to 17 times as long: .*{words}", caplog.text)
     sundials.sundials.cache_clear()
 
 
@@ -290,8 +410,9 @@ def test_a_residual_that_is_not_finite_is_one_error_with_node_and_time(capfd):
     system, start = made("pulse")
     solver = entered(system, start)
     solver.step(0.005)
-    solver._arrays["push_start"][3 * 7 + 1] = np.nan
-    words = r"at t = 0\.00\d+ s the residual of the velocity of node 7 along y is not finite"
+    (row,) = (k for k, force in enumerate(system.forces) if getattr(force, "signal", None) is not None)
+    solver._record.table.rows.start[row, 1] = np.nan  # of the pulse on nodes 1, 4 and 7
+    words = r"at t = 0\.00\d+ s the residual of the velocity of node 1 along y is not finite"
     with pytest.raises(RunError, match=words):
         solver.step(0.01)
     assert capfd.readouterr() == ("", "")
@@ -301,7 +422,8 @@ def test_a_matrix_that_leads_astray_is_counted_and_ends_in_words(capfd):
     system, start = reference_flight(4, damping=Rayleigh(beta=1e-4))
     solver = entered(system, start)
     flown = solver.step(1.0)
-    solver._arrays["members"][:] = np.roll(solver._arrays["members"], 1)
+    members = solver._record._matrix.values.members
+    members[:] = np.roll(members, 1)
     with pytest.raises(
         RunError,
         match=r"t = \S+ s: Newton's iteration failed again .* worst is the \w+ of node \d+ along .*cables",
@@ -316,7 +438,7 @@ def test_a_net_that_nothing_holds_is_told():
     """A knot without mass in a flat net, whose Rayleigh damping holds it in the plane only."""
     system, start = reference_flight(2, damping=Rayleigh(beta=1e-4))
     solver = entered(system, start)
-    solver._arrays["mass"][4] = 0.0
+    solver._record._net.values.mass[4] = 0.0
     with pytest.raises(RunError, match=r"t = 0 s: the Newton matrix is singular at node 4"):
         solver.step(1.0)
 

@@ -1,8 +1,9 @@
-"""Forces of one's own: booked by all methods, and refused with one line where they are none."""
+"""User-defined forces: balanced by all methods, compiled or written in Python, refused in one line."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -57,11 +58,47 @@ def system_with(force: object) -> tuple[nd.System, nd.State]:
     return system, start
 
 
-@pytest.mark.parametrize("method", ["ida", "explicit", "rk45", "cvode_bdf"])
-def test_what_a_force_of_ones_own_stores_is_in_the_balance(method: str) -> None:
-    system, start = system_with(Bungee(np.array([[0], [8]])))
+class Bungees(NamedTuple):
+    """The same in compiled code."""
+
+    stiffness: nd.Reals  # (m,), N/m
+
+
+@nd.compiled
+def _pull(p, e, s, x, v, f):  # type: ignore[no-untyped-def]
+    for a in range(3):
+        f.conservative[0, a] = -p.stiffness[e] * x[0, a]
+    return True
+
+
+@nd.compiled
+def _slope(p, e, s, x, v, K, C):  # type: ignore[no-untyped-def]
+    for a in range(3):
+        K[0, a, 0, a] = -p.stiffness[e]
+    return True
+
+
+@nd.compiled
+def _stored(p, e, x):  # type: ignore[no-untyped-def]
+    return 0.5 * p.stiffness[e] * (x[0, 0] ** 2 + x[0, 1] ** 2 + x[0, 2] ** 2)
+
+
+BUNGEE = nd.Law(Bungees, force=_pull, tangent=_slope, energy=_stored, nodes=1, external=True)
+NODES = np.array([[0], [8]])
+WRITTEN = {
+    "in Python": lambda: Bungee(NODES),
+    "compiled": lambda: nd.ElementForce(BUNGEE, NODES, Bungees(np.full(2, STIFFNESS))),
+}
+
+
+@pytest.mark.parametrize("written", WRITTEN)
+@pytest.mark.parametrize("method", ["ida", "explicit", "rk45", "bdf", "cvode_bdf"])
+def test_what_a_user_defined_force_stores_is_in_the_balance(method: str, written: str) -> None:
+    """Of the flight, of the rows of metrics.csv, and of the summary."""
+    system, start = system_with(WRITTEN[written]())
     options = nd.SolverOptions(method, accuracy="accurate")  # type: ignore[arg-type]
-    flight = nd.simulate(system, start, np.linspace(0.0, 0.3, 7), options=options)
+    metrics = nd.DeploymentMetrics()
+    flight = nd.simulate(system, start, np.linspace(0.0, 0.3, 7), options=options, observers=[metrics])
     stored = [system.elastic_energy(state.x) for state in flight]
     total = [
         system.kinetic_energy(state.v) + energy + state.books.dissipated_energy - state.books.external_work
@@ -71,6 +108,8 @@ def test_what_a_force_of_ones_own_stores_is_in_the_balance(method: str) -> None:
     # snaps of undamped cables cost the integrators up to 0.6 %; without the springs' energy it would be half of it
     np.testing.assert_allclose(total, total[0], atol=1e-2 * max(stored))
     assert abs(flight[-1].books.external_work) < 1e-2 * max(stored)  # of a fixed anchor: none
+    assert np.abs(metrics.table()["energy_residual"]).max() < 1e-2 * max(stored)
+    assert abs(metrics.summary()["energy_residual_share"]) < 1e-2
 
 
 @pytest.mark.parametrize("method", ["ida", "explicit"])

@@ -97,14 +97,14 @@ def test_the_mission_of_the_readme_flies() -> None:
 
 
 def test_the_python_example_flies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys) -> None:
-    text, own = blocks("python")
+    text, *own = blocks("python")
     assert len(text.strip().splitlines()) <= 15
     small = text.replace("cells=20", "cells=4").replace(
         "np.linspace(0.0, 1.0, 51)", "np.linspace(0.0, 0.05, 3)"
     )
     assert small != text
     file = tmp_path / "example.py"
-    file.write_text(small + own, encoding="utf-8")
+    file.write_text(small + "".join(own), encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     names = runpy.run_path(str(file))
     area, steps = capsys.readouterr().out.split()
@@ -114,13 +114,18 @@ def test_the_python_example_flies(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     assert len(names["flight"]) == 3
     assert (tmp_path / "out/python/series.pvd").is_file()
     nd = names["nd"]
-    bungee = names["Bungee"](np.array([[12]]))
-    system = nd.System(names["net"], names["cord"], damping=nd.NoDamping(), forces=[bungee])
+    node = np.array([[12]])
+    compiled = nd.ElementForce(names["BUNGEE"], node, names["Bungees"](np.array([20.0])))
     start = nd.State.at(names["start"].x + np.array([0.0, 0.0, 0.1]))
-    flight = nd.simulate(system, start, [0.0, 0.02])
-    energy = [system.kinetic_energy(each.v) + system.elastic_energy(each.x) for each in flight]
-    assert energy[1] == pytest.approx(energy[0], rel=2e-2)  # IDA's own error with one light knot: 0.5 %
-    assert system.kinetic_energy(flight[1].v) > 0.1 * energy[0]
+    ends = []
+    for force in (names["Bungee"](node), compiled):
+        system = nd.System(names["net"], names["cord"], damping=nd.NoDamping(), forces=[force])
+        flight = nd.simulate(system, start, [0.0, 0.02])
+        energy = [system.kinetic_energy(each.v) + system.elastic_energy(each.x) for each in flight]
+        assert energy[1] == pytest.approx(energy[0], rel=2e-2)  # IDA's own error with one light knot: 0.5 %
+        assert system.kinetic_energy(flight[1].v) > 0.1 * energy[0]
+        ends.append(flight[1].x)
+    np.testing.assert_allclose(ends[0], ends[1], rtol=0, atol=1e-9)  # one force, written twice
 
 
 def test_the_verbs_of_the_table_are_there(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -8,10 +8,11 @@ from scipy.integrate import solve_ivp
 from netdae.damping import Dashpot, NoDamping
 from netdae.errors import InputError, RunError
 from netdae.flight import simulate
-from netdae.forces.brake import Brake, EndStop
+from netdae.forces.brake import BRAKE, END_STOP, Brake
 from netdae.forces.cables import Cables
+from netdae.forces.elements import ElementForce
 from netdae.forces.loads import Gravity, NodalLoad
-from netdae.forces.reel import Reeled
+from netdae.forces.reel import REELED, Reeled
 from netdae.material import Cords, Material
 from netdae.motions import FunctionMotion
 from netdae.net import CableNet
@@ -194,8 +195,8 @@ def test_a_locked_reel_is_a_plain_cable():
     x[0, 1] = x[0, 0] + [0.9, 0.7, 0.1]
     v *= 0.1  # E11 = 0.17 stays above τ times its rate: not held at zero
     x[0, 2, 0], v[0, 2] = s, 0.0
-    moving = Reeled(np.array([[0, 1, 2]]), L, np.ones(1), *cords)
-    still = Cables(np.array([[0, 1]]), L + s, *cords)
+    moving = ElementForce(REELED, np.array([[0, 1, 2]]), Reeled(L, np.ones(1), *cords))
+    still = Cables(np.array([[0, 1]]), L + s, *cords).force
     np.testing.assert_allclose(
         moving.force(0.0, x, v)[:, :2], still.force(0.0, x[:, :2], v[:, :2]), rtol=1e-14
     )
@@ -281,21 +282,17 @@ def test_an_empty_drum_stops_the_bob():
 
 
 def test_a_driven_reel_that_winds_in_too_far_is_told():
-    force = Reeled(
-        np.array([[4, 5, 9]]),
-        np.array([1.0]),
-        np.ones(1),
-        np.ones(1),
-        np.zeros(1),
-        np.array([False]),
-        np.zeros(1),
-    )
-    x = np.zeros((1, 3, 3))
-    x[0, 2, 0] = -1.01
-    with pytest.raises(
-        RunError, match=r"nodes 4 and 5 has the rest length -0.01 m, wound in by the reel at node 9"
-    ):
-        force.account(0.5, x, x)
+    cords = Reeled(np.array([1.0]), np.ones(1), np.ones(1), np.zeros(1), np.array([False]), np.zeros(1))
+    force = ElementForce(REELED, np.array([[4, 5, 9]]), cords)
+    net = CableNet(np.zeros((10, 3)), [[0, 1]], rest_length=[1.0])
+    system = System(net, STIFF, damping=NoDamping(), masses={"all": 1.0}, forces=[force])
+    x = np.zeros((10, 3))
+    x[9, 0] = -1.01
+    for ask in (system.account, system.powers):
+        with pytest.raises(
+            RunError, match=r"nodes 4 and 5 has the rest length -0.01 m, wound in by the reel at node 9"
+        ):
+            ask(0.5, x, x)
 
 
 def test_a_free_reel_stops_at_a_tenth_of_its_cable():
@@ -303,10 +300,10 @@ def test_a_free_reel_stops_at_a_tenth_of_its_cable():
     cords = Cords.of(net, STIFF)
     _, out = forces_of([Reel(DRUM, [0])], net, cords, np.zeros(1))
     _, wound_in = forces_of([Reel(DRUM, [0], share=-1.0, shortest=-2.0)], net, cords, np.zeros(1))
-    assert isinstance(out, EndStop)
-    assert (out.place, out.side) == (pytest.approx([-0.9]), [-1.0])
-    assert wound_in.place == pytest.approx([-2.0, 0.9])
-    assert list(wound_in.side) == [-1.0, 1.0]
+    assert out.law is END_STOP
+    assert (out.parameters.place, out.parameters.side) == (pytest.approx([-0.9]), [-1.0])
+    assert wound_in.parameters.place == pytest.approx([-2.0, 0.9])
+    assert list(wound_in.parameters.side) == [-1.0, 1.0]
 
 
 def test_rest_lengths_follow_the_reels():
@@ -320,7 +317,8 @@ def test_rest_lengths_follow_the_reels():
 
 def test_a_ratchet_gives_way_by_creep_only():
     """Winding back: v₀ F/F_b, without the limit of dry friction."""
-    brake = Brake(np.array([[0]]), np.array([2.0]), np.array([1e-3]), np.zeros(1), np.array([True]))
+    numbers = Brake(np.array([2.0]), np.array([1e-3]), np.zeros(1), np.array([True]))
+    brake = ElementForce(BRAKE, np.array([[0]]), numbers)
     v = np.zeros((1, 1, 3))
     v[0, 0, 0] = -1e-3 * 10.0 / 2.0
     assert brake.force(0.0, v, v)[0, 0, 0] == pytest.approx(10.0, rel=1e-14)

@@ -7,7 +7,7 @@ import netdae as nd
 from netdae import earth
 from netdae.errors import ScenarioError
 from netdae.forces.air import AirDrag, AirOnCables
-from netdae.forces.drag import DragOnBodies
+from netdae.forces.drag import BODY_DRAG, DragOnBodies
 from netdae.forces.free_molecular import FreeMolecularDrag, MolecularDrag
 from netdae.forces.loads import UniformLoad
 from netdae.forces.orbit import Orbit, OrbitForce
@@ -56,7 +56,8 @@ def built(folder, sections):
 
 
 def forces_of(folder, sections):
-    return {NAMES[type(f)]: f for f in built(folder, sections).system.forces if type(f) in NAMES}
+    forces = built(folder, sections).system.forces
+    return {NAMES[f.law.parameters]: f for f in forces if f.law.parameters in NAMES}
 
 
 def test_an_orbit_is_told_by_its_altitude_or_by_its_mean_motion(tmp_path):
@@ -64,7 +65,7 @@ def test_an_orbit_is_told_by_its_altitude_or_by_its_mean_motion(tmp_path):
     for text in (ORBIT, f"[orbit]\nmean_motion = {n!r}\n"):
         forces = forces_of(tmp_path, text)
         assert list(forces) == ["orbit"]
-        assert forces["orbit"].mean_motion == pytest.approx(n, rel=1e-15)
+        assert forces["orbit"].parameters.mean_motion == pytest.approx(n, rel=1e-15)
 
 
 def test_drag_takes_air_and_stream_from_the_orbit(tmp_path):
@@ -72,9 +73,9 @@ def test_drag_takes_air_and_stream_from_the_orbit(tmp_path):
         tmp_path, f'{ORBIT}[[loads]]\nkind = "drag"\nbodies = [{{group = "corners", diameter = 0.05}}]'
     )
     drag, bodies = forces["drag"], forces["drag of bodies"]
-    np.testing.assert_allclose(drag.weight, 0.25 * earth.density(600e3) * 2.2 * 2e-3, rtol=1e-12)
+    np.testing.assert_allclose(drag.parameters.weight, 0.25 * earth.density(600e3) * 2.2 * 2e-3, rtol=1e-12)
     np.testing.assert_allclose(
-        bodies.weight, 0.5 * earth.density(600e3) * 2.2 * np.pi / 4 * 0.05**2, rtol=1e-12
+        bodies.parameters.weight, 0.5 * earth.density(600e3) * 2.2 * np.pi / 4 * 0.05**2, rtol=1e-12
     )
     for force in (drag, bodies):
         np.testing.assert_allclose(force.signal(0.0), [0.0, -earth.circular_speed(600e3), 0.0], rtol=1e-12)
@@ -87,7 +88,7 @@ def test_drag_takes_its_density_from_a_table_at_the_altitude_of_the_orbit(tmp_pa
     told = '[[loads]]\nkind = "drag"\ndensity = { file = "air.csv" }'
     drag = forces_of(tmp_path, ORBIT + told)["drag"]
     # exponential between the rows: their geometric mean half-way
-    np.testing.assert_allclose(drag.weight, 0.25 * 1e-13 * 2.2 * 2e-3, rtol=1e-12)
+    np.testing.assert_allclose(drag.parameters.weight, 0.25 * 1e-13 * 2.2 * 2e-3, rtol=1e-12)
     for text, words in (
         (told, "the altitude for the density table is missing"),
         (ORBIT.replace("600e3", "900e3") + told, "air.csv: altitude is 900000 m, but the density table goes"),
@@ -100,7 +101,7 @@ def test_drag_takes_what_it_is_told_before_what_the_orbit_tells(tmp_path):
     told = 'density = 1e-11\nstream = [0, -7000, 100]\ndrag_coefficient = 2.6\ncables = "border"\ndiameter = 0.003'
     for orbit in ("", ORBIT):
         drag = forces_of(tmp_path, f'{orbit}[[loads]]\nkind = "drag"\n{told}')["drag"]
-        np.testing.assert_allclose(drag.weight, 0.25 * 1e-11 * 2.6 * 3e-3, rtol=1e-12)
+        np.testing.assert_allclose(drag.parameters.weight, 0.25 * 1e-11 * 2.6 * 3e-3, rtol=1e-12)
         np.testing.assert_array_equal(drag.signal(0.0), [0, -7000, 100])
         assert len(drag.nodes) == 8
 
@@ -110,8 +111,8 @@ def test_sunlight_turns_with_the_frame_and_is_cut_by_shadow(tmp_path):
     text = f'[[loads]]\nkind = "solar_pressure"\nsun = [2, 0, 0]\nbegin = 2.1\nend = 2.3\n{bodies}'
     forces = forces_of(tmp_path, ORBIT + text)
     light, bodies = forces["light"], forces["light on bodies"]
-    np.testing.assert_allclose(light.weight, 0.5 * earth.SOLAR_PRESSURE * 1.3 * 2e-3, rtol=1e-12)
-    np.testing.assert_allclose(bodies.weight, earth.SOLAR_PRESSURE * 1.3 * 0.1, rtol=1e-12)
+    np.testing.assert_allclose(light.parameters.weight, 0.5 * earth.SOLAR_PRESSURE * 1.3 * 2e-3, rtol=1e-12)
+    np.testing.assert_allclose(bodies.parameters.weight, earth.SOLAR_PRESSURE * 1.3 * 0.1, rtol=1e-12)
     angle = earth.mean_motion(600e3) * 0.2  # since the start at 2 s
     for force in (light, bodies):
         assert force.jumps == (2.1, 2.3)
@@ -124,7 +125,7 @@ def test_sunlight_without_an_orbit_stands_still(tmp_path):
         tmp_path, '[[loads]]\nkind = "solar_pressure"\nsun = [0, 0, 5]\npressure = 1e-5\ncoefficient = 1.0'
     )
     np.testing.assert_array_equal(light["light"].signal(2.4), [0, 0, -1])
-    np.testing.assert_allclose(light["light"].weight, 0.5 * 1e-5 * 2e-3, rtol=1e-12)
+    np.testing.assert_allclose(light["light"].parameters.weight, 0.5 * 1e-5 * 2e-3, rtol=1e-12)
 
 
 def test_air_has_a_wind_and_bodies_of_their_own_shape(tmp_path):
@@ -132,10 +133,12 @@ def test_air_has_a_wind_and_bodies_of_their_own_shape(tmp_path):
     bodies = 'bodies = [{group = "corners", area = 0.01, drag_coefficient = 1.2}, {group = "centre", diameter = 0.1}]'
     text = f'[[loads]]\nkind = "air"\nwind = {{file = "wind.csv"}}\ncables = "inner"\n{bodies}'
     forces = forces_of(tmp_path, text)
-    np.testing.assert_allclose(forces["air"].across, 0.25 * 1.225 * 1.1 * 2e-3, rtol=1e-12)
-    np.testing.assert_allclose(forces["air"].along, 0.25 * 1.225 * np.pi * 0.01 * 2e-3, rtol=1e-12)
+    air = forces["air"].parameters
+    np.testing.assert_allclose(air.across, 0.25 * 1.225 * 1.1 * 2e-3, rtol=1e-12)
+    np.testing.assert_allclose(air.along, 0.25 * 1.225 * np.pi * 0.01 * 2e-3, rtol=1e-12)
     np.testing.assert_allclose(forces["air"].signal(2.5), [1.5, 0, 0], rtol=1e-12)
-    weights = [f.weight[0] for f in built(tmp_path, text).system.forces if isinstance(f, DragOnBodies)]
+    all_forces = built(tmp_path, text).system.forces
+    weights = [f.parameters.weight[0] for f in all_forces if f.law is BODY_DRAG]
     sphere = 0.5 * 1.225 * 0.47 * np.pi / 4 * 0.1**2
     np.testing.assert_allclose(weights, [0.5 * 1.225 * 1.2 * 0.01, sphere], rtol=1e-12)
 

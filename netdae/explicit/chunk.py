@@ -7,16 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from netdae._arrays import FloatArray
-from netdae.explicit.kicks import Slow
 from netdae.explicit.verlet import Tally
 from netdae.stepper import Share, Step
 
 
 @dataclass(frozen=True, eq=False)
 class Chunk:
-    """Begin t, step length h, and x, v after the first kick, and a of the kernel's forces alone, (3, 3n).
+    """Begin t, step length h, and x, v, a, (3, 3n).
 
-    powers : (2,), W, of the step before; fresh : whether the flight began there
+    powers : (8,), of the step before, see `explicit.verlet.fly`; fresh : whether the flight began there
     """
 
     t: float
@@ -30,15 +29,6 @@ def step_of(t: float, xva: FloatArray, share: Share) -> Step:
     """A step with a copy of x, v and a, (3, 3n), of which y and yp share the velocities."""
     whole = xva.reshape(3, -1, 3).copy()
     return Step(t, whole[:2], whole[1:], share)
-
-
-def with_slow(step: Step, slow: Slow | None, s: float) -> Step:
-    """A step at s after the begin of its chunk, completed in place by what the kernel does not know."""
-    if slow is None:
-        return step
-    for told, missing in zip((step.y[0], step.y[1], step.yp[1]), slow.missing(s), strict=True):
-        told += missing
-    return step._replace(share=sum_of(step.share, slow.share(s)))
 
 
 def share_of(tally: Tally) -> Share:

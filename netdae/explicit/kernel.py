@@ -7,43 +7,66 @@ import math
 import numpy as np
 
 from netdae._arrays import FloatArray
-from netdae.explicit.forces import KernelForces
-from netdae.explicit.verlet import Bodies, Held, Tally, fly
-from netdae.kernels.rayleigh import ImplicitDamping
+from netdae.explicit.drums import drums_of
+from netdae.explicit.rayleigh import ImplicitDamping, drags_of
+from netdae.explicit.verlet import POWERS, Acting, Bodies, Held, Tally, fly
+from netdae.forces.elements import ElementForce
+from netdae.forces.protocol import Force
+from netdae.forces.table import Table
 from netdae.motions import Fixed
 from netdae.restraints import Drive
-from netdae.signals import Constant
 from netdae.system import System
 
 
 class Kernel:
     """Flies several steps at a time.
 
-    `forces` are those of the system; `entries` (c,) are the restrained ones of x flat.
+    table : the forces that act in each step; `entries` (c,) are the restrained ones of x flat
+    rubs : whether the friction of a cord at its rings bounds the step
     """
 
     def __init__(self, system: System, drive: Drive, longest: int) -> None:
-        self.forces = KernelForces.of(system)
-        self._unlimited = self.forces.down_to(np.zeros(self.forces.reeled_count))
+        laws = [(force, force.law) for force in system.forces if isinstance(force, ElementForce)]
+        apart = [force for force, law in laws if law.implicit or law.steady]
+        forces = [force for force in system.forces if force not in apart]
+        self.table = Table(forces, system.in_space, watch_lengths=True)
+        self.table.prepare("add", "sift", "rests", "rate", "powers")
+        drums = [force for force in apart if force.law.implicit]
+        self._on_drums = [force.elements(force.nodes, system.in_space) for force in drums]
         mass = np.repeat(system.mass, 3)
         self._drive = drive
         self.look_at_anchors()
         self.entries = self._held.entry
         share = np.divide(1.0, mass, out=np.zeros_like(mass), where=mass > 0)
         share[self.entries] = 0.0
-        self._damping = ImplicitDamping(self.forces.drags, mass, self.entries)
-        self._bodies = Bodies(mass, share, system.in_space.copy())
-        self._signals, self._motions = self.forces.signals, [r.motion for r in drive.restraints]
-        self._constant = all(isinstance(each, Constant) for each in self._signals)
+        drags = drags_of([force for force in apart if force.law.steady], len(mass))
+        self._damping = ImplicitDamping(drags, mass, self.entries)
+        shortest = float(system.net.rest_length.min(initial=math.inf))
+        self._bodies = Bodies(mass, share, system.in_space.copy(), shortest)
+        self.rubs = any(law.rate is not None and force.parameters.friction > 0 for force, law in laws)
+        taken, given = (_room(len(mass), _any_has(forces, name)) for name in ("dissipative", "external"))
+        self._acting = Acting(
+            rows=self.table.rows,
+            drums=drums_of(drums, self._on_drums),
+            taken=taken,
+            given=given,
+            ahead=_room(len(mass), bool(self.table.rows.ahead.any())),
+            in_python=any(not isinstance(force, ElementForce) for force in forces),
+            rubs=self.rubs,
+        )
+        self._motions = [r.motion for r in drive.restraints]
         self._fixed = all(isinstance(each, Fixed) for each in self._motions)
-        values = [each(0.0) for each in self._signals] if self._constant else []
-        self._constant_signals = np.array(values).reshape(1, len(values), 3)
         self._nothing_told = np.empty((0, 3, len(mass))), np.empty((0, 10))
         self._no_motions = np.zeros((longest + 1, 3, 3 * len(self._motions)))
 
     def look_at_anchors(self) -> None:
         """Take those of the drive, which a flight that is resumed puts in their place before it enters a phase."""
         self._held = _held_of(self._drive)
+
+    def go_on(self, part: System, t: float) -> None:
+        """Go on at t in a part of a phase."""
+        begin = part.inside(-math.inf)  # not t: a flight that is resumed has the same lines
+        self.table.go_on(begin if math.isfinite(begin) else t, part.inside(math.inf), part.inside)
 
     def fly(
         self,
@@ -52,36 +75,40 @@ class Kernel:
         *,
         steps: int,
         limits: tuple[float, float] = (math.inf, math.inf),
-        least_length: FloatArray | None = None,
         fresh: bool = False,
         powers: FloatArray | None = None,
         told: tuple[FloatArray, FloatArray] | None = None,
     ) -> Tally:
-        """Take steps, at most as many as the `longest` chunk has.
+        """Take steps, at most as many as the `longest` chunk has; raises what a force written in Python raises.
 
         start : t, h, and x, v, a as (3, 3n), which go on to the end
-        limits, least_length : where a strain or the rate of friction in 1/s passes the one or the rest length of a
-            reeled cable falls below the other, (m,), m, the steps end
+        limits : where a strain or the rate of friction in 1/s passes its limit, or a rest length its least, the steps
+            end; nothing ends them where the first is infinite
         fresh : whether the flight begins here
-        powers : (2,), of the step before, which go on to the end, see `explicit.verlet.fly`
+        powers : (8,), of the step before, which go on to the end, see `explicit.verlet.fly`
         told : what each step is told in, see `explicit.verlet.fly`
         """
         t, h, (x, v, a) = start
-        signals, motions = self._constant_signals, self._no_motions
-        if not (self._constant and self._fixed):
+        motions = self._no_motions
+        if not self._fixed:
             times = [phase.inside(t + k * h) for k in range(steps + 1)]
-            if not self._constant:
-                signals = np.array([[signal(at) for signal in self._signals] for at in times])
-            if not self._fixed:
-                moves = [np.concatenate([motion.at(at) for motion in self._motions], axis=1) for at in times]
-                motions = np.array(moves)
+            moves = [np.concatenate([motion.at(at) for motion in self._motions], axis=1) for at in times]
+            motions = np.array(moves)
         if told is None:
             told = self._nothing_told
-        forces = self._unlimited if least_length is None else self.forces.down_to(least_length)
-        solver = self._damping.at(h)
-        bound = self._bodies, forces, self._held, solver
-        before = np.zeros(2) if powers is None else powers
-        return fly(x, v, a, *bound, signals, motions, h, steps, limits, fresh, before, told)
+        bound = self._bodies, self._acting, self._held, self._damping.at(h)
+        before = np.zeros(POWERS) if powers is None else powers
+        tally = fly(x, v, a, *bound, motions, t, h, steps, limits, fresh, before, told)
+        self.table.check()
+        return tally
+
+
+def _room(size: int, needed: bool) -> FloatArray:
+    return np.zeros(size if needed else 0)
+
+
+def _any_has(forces: list[Force], share: str) -> bool:
+    return any(isinstance(force, ElementForce) and share in force.law.shares for force in forces)
 
 
 def _held_of(drive: Drive) -> Held:

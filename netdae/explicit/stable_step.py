@@ -14,35 +14,35 @@ k = EĀ/L̄ (g′λ² + g)/E is taken at a strain that no cable passes. With a t
 A reeled cable also pulls its drum, by σλ times what it pulls its ends, and has a share of the drum's mass too: with
 the sums over the cables on the drum r there stands one more term, Σᵣ σ²λ² (h² k + 2 h c)/m_r. k and c are taken at
 `WOUND_IN` times the rest length that there is. Stops of drums are as stiff as its cables together, and count with them;
-their dampers, and brakes, are taken at the velocity after the kick (see `kernels.reels`) and are no bound; nor is
-Rayleigh damping, whatever its strength (see `kernels.rayleigh`).
+their dampers, and brakes, are taken at the velocity after the kick (see `explicit.drums`) and are no bound; nor is
+Rayleigh damping, whatever its strength (see `explicit.rayleigh`).
 
 A cord through rings (see `forces.drawcord`) has one k along the whole of it, EĀ/L̄ as above, and pulls each of its
 nodes with |b_i| N: 2 N at most, N at its ends, σλ N at its drum. Let B = Σ |b_i|. With shares by k|b_i|B in place of k
 it is stable if Σ (|b_i|/B) Σᵢ (h² k + 2 h c)/mᵢ ≤ 4. That is for rings that lie zigzag; those that do not are far
-softer. Across, each segment is no stiffer than N/η, N at the largest strain. The rate of friction at rings (see
-`kernels.cordage`) stands beside C in all sums.
+softer. Across, each segment is no stiffer than N/η, N at the largest strain. The rate of friction at rings stands
+beside C in all sums.
 
-Forces that the kernel does not know have bounds of their own, see `explicit.kicks`.
+Forces whose law has no bound, as those from outside, are taken by their tangent of the moment: no step is longer than
+`STIFF` over their rate.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import NamedTuple
 
 import numpy as np
 
-from netdae._arrays import FloatArray, IntArray
-from netdae.forces.brake import EndStop
-from netdae.forces.cables import Cables, law_of
-from netdae.forces.drawcord import SlidingCord
-from netdae.forces.reel import Reeled
+from netdae._arrays import FloatArray
+from netdae.forces.elements import ElementForce
+from netdae.forces.law import Family
+from netdae.forces.protocol import Force
 from netdae.system import System
 
-WOUND_IN = 0.8
-"""Share of its rest length to which a reel may wind in a cable before the step is looked at again."""
+STIFF = 0.2
+"""Length of a step times the rate of forces without a bound: h² K + 2 h C of cables is 3.6 at most, of these forces
+0.4, of the 4 up to which the step is stable."""
 
 
 def stable_step(
@@ -50,7 +50,7 @@ def stable_step(
 ) -> float:
     """Largest stable h in s while no E11 passes `strain`; infinite where nothing moves.
 
-    rate : of the friction at rings, 1/s, see `kernels.cordage`
+    rate : of the friction at rings, 1/s, see `forces.drawcord`
     damped : False for the step that the net would have without its dashpots
     x : (n, 3), m, where the drums of reels are; at s = 0 by default
     """
@@ -71,77 +71,29 @@ def stable_step(
     return least
 
 
-class _Family(NamedTuple):
-    """Elements: their nodes (m, k), and k and c with which each counts at each node, (2, m, k).
-
-    weight : (m, k) or a number, with which the sums of its nodes count for each
-    """
-
-    nodes: IntArray
-    of_nodes: FloatArray
-    weight: FloatArray | float = 1.0
-
-
-def _families(system: System, strain: float, x: FloatArray) -> Iterator[_Family]:
+def _families(system: System, strain: float, x: FloatArray) -> Iterator[Family]:
     for force in system.forces:
-        match force:
-            case Cables():
-                of_cable = _along(force, force.L, strain)
-                yield _Family(force.nodes, np.stack((of_cable, of_cable), axis=-1))
-            case Reeled():
-                of_cable = _along(force, WOUND_IN * _lengths_of(force, x), strain)
-                on_drum = force.share**2 * (1 + 2 * strain) * of_cable
-                yield _Family(force.nodes, np.stack((of_cable, of_cable, on_drum), axis=-1))
-            case SlidingCord():
-                yield from _of_cord(force, strain, x)
-            case EndStop():
-                yield _Family(force.nodes, np.stack((force.stiffness, 0 * force.stiffness))[..., None])
+        if isinstance(force, ElementForce) and force.law.bound is not None:
+            yield from force.law.bound(force.parameters, force.nodes, strain, x)
 
 
-def _of_cord(force: SlidingCord, strain: float, x: FloatArray) -> Iterator[_Family]:
-    """A cord along itself, and its segments across."""
-    cord, L = force.cord, WOUND_IN * force.rest_length(x[force.nodes])
-    g, dg, _, _ = law_of(strain, cord.eps, cord.engineering)
-    stretch2 = 1 + 2 * strain
-    k = cord.EA / L * np.array([dg * stretch2 + g, cord.tau * dg * stretch2])
-    pull = np.full(force.nodes.shape, 2.0)
-    if not force.closed:
-        pull[0, [0, -2]] = 1.0
-    pull[0, -1] = abs(cord.share) * math.sqrt(stretch2)
-    yield _Family(force.nodes, k[:, None, None] * pull * pull.sum(), pull / pull.sum())
-    across = np.array([cord.EA * g * math.sqrt(stretch2) / cord.size, 0.0])
-    yield _Family(force.links, np.tile(across[:, None, None], (1, *force.links.shape)))
+def without_bound(system: System) -> list[Force]:
+    """Forces of a system that have no bound of their own."""
+    return [
+        force for force in system.forces if not isinstance(force, ElementForce) or force.law.bound is None
+    ]
 
 
-def _along(cables: Cables | Reeled, L: FloatArray, strain: float) -> FloatArray:
-    """k in N/m and c in N s/m of cables of the rest lengths L (m,) along themselves, (2, m)."""
-    stiffening, softening = np.empty((2, len(L)))
-    for eps, engineering in {
-        (float(e), bool(g)) for e, g in zip(cables.eps, cables.engineering, strict=True)
-    }:
-        g, dg, _, _ = law_of(strain, eps, engineering)
-        of_law = (cables.eps == eps) & (cables.engineering == engineering)
-        softening[of_law] = dg * (1 + 2 * strain)
-        stiffening[of_law] = dg * (1 + 2 * strain) + g
-    return cables.EA / L * np.stack((stiffening, cables.tau * softening))
-
-
-def reeled_lengths(system: System, x: FloatArray, *, t: float = 0.0) -> FloatArray:
-    """Rest lengths (m,) in m on reels where x (n, 3) are the positions, of cables and then of cords without friction.
-
-    Raises RunError where one is wound in whole.
-    """
-    cables = [_lengths_of(force, x, t) for force in system.forces if isinstance(force, Reeled)]
-    cords = []
-    for force in system.forces:
-        if isinstance(force, SlidingCord):
-            force.account(t, x[force.nodes], np.zeros((1, force.nodes.size, 3)))
-            cords.append([force.rest_length(x[force.nodes])])
-    return np.concatenate((np.zeros(0), *cables, *cords))
-
-
-def _lengths_of(reeled: Reeled, x: FloatArray, t: float = 0.0) -> FloatArray:
-    return reeled.rest_length(t, x[reeled.nodes])
+def rate_of(forces: list[Force], system: System, t: float, x: FloatArray, v: FloatArray) -> float:
+    """max(√K, C) of some forces at one state, 1/s, with Gershgorin's bounds K of M⁻¹ ∂f/∂x and C of M⁻¹ ∂f/∂v."""
+    sums, mass = np.zeros((2, *x.shape)), system.mass[:, None]
+    for force in forces:
+        elements, *slopes = force.tangent(t, x[force.nodes], v[force.nodes])
+        for total, slope in zip(sums, slopes, strict=True):
+            np.add.at(total, force.nodes[elements], np.abs(slope).sum(axis=(3, 4)))
+    moving = ~system.restrained & (mass > 0)
+    K, C = np.divide(sums, mass, out=np.zeros_like(sums), where=moving).max(axis=(1, 2))
+    return max(math.sqrt(K), float(C))
 
 
 SHORTENED = 20.0

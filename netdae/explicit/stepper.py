@@ -2,7 +2,7 @@
 
 The step is the stable one of `stable_step` for limits of strain and of the rate of friction above those so far, and for
 rest lengths on reels below those there are. A step that passes one ends its chunk, and the limits are set anew. Forces
-that the kernel does not know act between the chunks, see `kicks`.
+without a bound of their own are looked at from time to time, and at each short chunk where they may come and go.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ import numpy as np
 
 from netdae._arrays import FloatArray
 from netdae.errors import RunError
-from netdae.explicit.chunk import Chunk, after, between, share_of, share_told, step_of, sum_of, with_slow
+from netdae.explicit.chunk import Chunk, after, between, share_of, share_told, step_of
 from netdae.explicit.kernel import Kernel
-from netdae.explicit.kicks import Kicks, Slow
-from netdae.explicit.stable_step import WOUND_IN, reeled_lengths, stable_step
-from netdae.explicit.verlet import Tally
+from netdae.explicit.stable_step import STIFF, rate_of, stable_step, without_bound
+from netdae.explicit.verlet import POWERS, Tally
+from netdae.forces.reel import WOUND_IN
 from netdae.options import SolverOptions
 from netdae.restraints import Drive
 from netdae.stepper import NOTHING, Share, Step
@@ -34,6 +34,10 @@ TOLD = 500_000  # numbers of x, v and a that are kept at once where every step i
 FRACTIONS = {"fast": 0.9, "standard": 0.5, "accurate": 0.2}
 """Share of the stable step length that each accuracy takes; `scripts/accuracy.py` measures what each keeps."""
 LEAST_RATE = 100.0  # 1/s, of friction at rings: no step of a net comes near it
+RATES_HOLD = 50  # chunks after which the rate of forces without a bound is looked at again
+SUDDEN = (
+    8  # steps of a chunk where such forces may come and go, as those do of which Newton's matrix takes a part
+)
 UNBOUND = 1e-3  # s, where nothing that moves bounds the step
 UNSTABLE = 0.1  # gain of energy, as a share of the largest, that no stable flight has
 
@@ -51,13 +55,14 @@ class ExplicitSolver:
         self._drive = drive
         self._options = options
         self._kernel = Kernel(system, drive, CHUNK)
-        self._kicks = Kicks(self._kernel.forces.others, system, options.accuracy)
+        self._boundless = without_bound(system)
+        self._sudden = any(force.newton != "nothing" for force in self._boundless)
+        self._look_in, self._stiffest = 0, math.inf
         self._has_toe = bool((system.cables.eps > 0).any())
-        self._now = np.zeros((3, 3 * system.net.node_count))  # x, v, and a without that of kicks
-        self._powers = np.zeros(2)  # W, of the last step: lost, and given by motors
+        self._now = np.zeros((3, 3 * system.net.node_count))  # x, v and a
+        self._powers = np.zeros(POWERS)  # of the last step, see `verlet.fly`
         self._chunk = Chunk(0.0, 0.0, self._now, self._powers)
         self._done = 0  # steps of it
-        self._slow: Slow | None = None
         self._steps: list[Step] = []  # told of the last chunk, with shares from its begin
         self._t = 0.0
         self._fresh = True  # no step has been taken in the phase
@@ -74,11 +79,10 @@ class ExplicitSolver:
     def enter(self, phase: System, t: float, y: FloatArray, yp: FloatArray) -> None:
         """Start afresh at t in a phase."""
         self._phase, self._t, self._fresh = phase, t, True
-        self._span = 0.0
+        self._span, self._look_in = 0.0, 0
         self._kernel.look_at_anchors()
+        self._kernel.go_on(phase, t)
         self._now = np.stack((y[0].ravel(), y[1].ravel(), yp[1].ravel()))
-        if self._kicks:
-            self._now[2] -= self._kicks.start(phase.inside(t), y[0], y[1]).ravel()
         self._energy = self._energy_now()
         self._scale = abs(self._energy)
         self._gained = 0.0
@@ -88,6 +92,7 @@ class ExplicitSolver:
     def go_on(self, part: System) -> None:
         """Go on in the part of the phase that begins here, where accelerations of driven axes may jump."""
         self._phase = part
+        self._kernel.go_on(part, self._t)
         a_d = self._drive.at(part.inside(self._t))[2].ravel()
         self._now[2, self._kernel.entries] = a_d[self._kernel.entries]
 
@@ -96,12 +101,11 @@ class ExplicitSolver:
         begin = perf_counter()
         remaining = stop - self._t
         self._span = max(self._span, SPAN * remaining)
-        stable = min(self._stable, self._kicks.stiffest)
+        self._look_at_rate()
+        stable = min(self._stable, self._stiffest)
         count = min(self._longest(stable), math.ceil(remaining / stable))
         last = count * stable >= remaining
         h = remaining / count if last else stable
-        if self._kicks:
-            self._kicks.open(*self._places(), count * h)
         self._chunk = Chunk(self._t, h, self._now.copy(), self._powers.copy(), self._fresh)
         told = None
         if self.every_step:
@@ -111,7 +115,6 @@ class ExplicitSolver:
             (self._t, h, self._now),
             steps=count,
             limits=(self._strain_limit, self._rate_limit),
-            least_length=WOUND_IN * self._lengths if len(self._lengths) else None,
             fresh=self._fresh,
             powers=self._powers,
             told=told,
@@ -120,9 +123,6 @@ class ExplicitSolver:
         self._done = tally.steps
         whole = last and tally.steps == count
         self._t = stop if whole else self._chunk.t + tally.steps * h
-        if self._kicks:
-            flown = remaining if whole else tally.steps * h
-            self._slow = self._kicks.close(self._phase.inside(self._t), *self._places(), count * h, flown)
         inner = []
         if told is not None:
             inner = [
@@ -134,7 +134,7 @@ class ExplicitSolver:
         self._peak = max(self._peak, tally.peak)
         self.counts["steps"] += tally.steps
         if tally.steps < count:
-            reeled_lengths(self._system, self._places()[0], t=self._t)  # tells which is wound in whole
+            self._system.rest_lengths_on_reels(self._places()[0], t=self._t)  # tells which is wound in whole
         self._check_energy(self._steps[-1].share)
         if tally.steps < count or self._wasteful(tally.strain, tally.rate):
             self._limit(tally.strain, tally.rate)
@@ -163,8 +163,10 @@ class ExplicitSolver:
             self._gained,
             self._rate_limit,
             self._span,
+            self._look_in,
+            self._stiffest,
         )
-        own = {
+        return {
             "v": self._now[1].copy(),
             "a": self._now[2].copy(),
             "lengths": self._lengths,
@@ -172,7 +174,6 @@ class ExplicitSolver:
             "powers": self._powers.copy(),
             "fresh": np.array(float(self._fresh)),
         }
-        return {**own, **(self._kicks.memory() if self._kicks else {})}
 
     def restore(self, memory: Mapping[str, FloatArray]) -> None:
         """Go on as the integrator that told this memory."""
@@ -180,9 +181,9 @@ class ExplicitSolver:
         self._fresh, self._powers = bool(memory["fresh"]), memory["powers"].copy()
         numbers = memory["numbers"].tolist()
         self._t, self._strain_limit, self._stable, self._peak = numbers[:4]
-        self._energy, self._scale, self._gained, self._rate_limit, self._span = numbers[4:]
-        if self._kicks:
-            self._kicks.restore(memory)
+        self._energy, self._scale, self._gained, self._rate_limit, self._span = numbers[4:9]
+        self._look_in, self._stiffest = int(numbers[9]), numbers[10]
+        self._kernel.table.watch(WOUND_IN * self._lengths)
 
     def _places(self) -> tuple[FloatArray, FloatArray]:
         """Positions and velocities (n, 3), to be changed."""
@@ -190,7 +191,7 @@ class ExplicitSolver:
 
     def _longest(self, h: float) -> int:
         """How many steps of length h a chunk may have."""
-        longest = min(CHUNK, max(LEAST, self._span / h), self._kicks.longest / h)
+        longest = min(SUDDEN if self._sudden else CHUNK, max(LEAST, self._span / h))
         if self.every_step:
             longest = min(longest, TOLD / self._now.size)
         return max(1, math.floor(longest))
@@ -211,19 +212,26 @@ class ExplicitSolver:
         return self._inner(count - 1, states[0], share_told(sums[0], 9)), last
 
     def _inner(self, count: int, xva: FloatArray, share: Share) -> Step:
-        """The state (3, 3n) of the kernel after `count` steps of the last chunk, completed."""
-        s = count * self._chunk.h
-        return with_slow(step_of(self._chunk.t + s, xva, share), self._slow, s)
+        """The state (3, 3n) of the kernel after `count` steps of the last chunk."""
+        return step_of(self._chunk.t + count * self._chunk.h, xva, share)
 
     def _end_of(self, tally: Tally) -> Step:
         """The end of the last chunk."""
-        step = step_of(self._t, self._now, share_of(tally))
-        if self._slow is None:
-            return step
-        step.yp[1] += self._slow.a[1]
-        return step._replace(share=sum_of(step.share, self._slow.share(self._slow.H)))
+        return step_of(self._t, self._now, share_of(tally))
 
     # The step length
+
+    def _look_at_rate(self) -> None:
+        """Bound the step by the tangents of the moment of the forces that have no bound."""
+        if not self._boundless:
+            return
+        if self._look_in == 0 or self._sudden:
+            self._look_in = RATES_HOLD
+            t = self._phase.inside(self._t)
+            rate = rate_of(self._boundless, self._system, t, *self._places())
+            share = STIFF * FRACTIONS[self._options.accuracy]
+            self._stiffest = share / rate if rate > 0 else math.inf
+        self._look_in -= 1
 
     def _limit(self, strain: float, rate: float) -> None:
         """Set limits well above strain and rate of friction, by powers of two, and the step that is stable below."""
@@ -232,11 +240,12 @@ class ExplicitSolver:
         rubbing = LEAST_RATE * 2.0 ** (
             0.5 * math.ceil(2 * math.log2(max(1.4 * rate, LEAST_RATE) / LEAST_RATE))
         )
-        lengths = reeled_lengths(self._system, self._places()[0])
+        lengths = self._system.rest_lengths_on_reels(self._places()[0])
         former = self._strain_limit, self._rate_limit
         if (limit, rubbing) != former or not np.array_equal(lengths, self._lengths):
             self._strain_limit, self._rate_limit, self._lengths = limit, rubbing, lengths
-            self._stable = self._step_length(limit, rubbing if self._kernel.forces.rubs else 0.0)
+            self._kernel.table.watch(WOUND_IN * lengths)
+            self._stable = self._step_length(limit, rubbing if self._kernel.rubs else 0.0)
             self.counts["step_lengths"] += 1
 
     def _wasteful(self, strain: float, rate: float) -> bool:
@@ -247,7 +256,7 @@ class ExplicitSolver:
             return True
         if not len(self._lengths):
             return False
-        now = reeled_lengths(self._system, self._places()[0]) / self._lengths
+        now = self._system.rest_lengths_on_reels(self._places()[0]) / self._lengths
         return bool(now.min() < 0.5 * (1 + WOUND_IN) or now.min() > 2.0)
 
     def _step_length(self, strain: float, rate: float) -> float:

@@ -9,10 +9,13 @@ One step of length h, with the force at the new place and the velocity of its mi
 Without damping it is symplectic; dashpots enter by v½, half a step late. With C and K of a mode per unit of mass it is
 stable for h² K + 2 h C ≤ 4, which is h ≤ (2/ω)(√(1 + ζ²) − ζ) with K = ω² and C = 2ζω (T. Belytschko, W. K. Liu,
 B. Moran, Nonlinear Finite Elements for Continua and Structures, 2000, ch. 6). Rayleigh damping is taken at v′ and is no
-bound, see `kernels.rayleigh`.
+bound, see `explicit.rayleigh`.
 
 Arrays are flat: x, v, a (3n,), node i at 3i. Force and torque about the origin of all that acts from outside stand
 together in one row (6,); nodes of reels, which are no places in space, have no part in it.
+
+All forces act in each step, by the table of forces. What a dissipative or external share does is its power on the mean
+velocity of the steps before and after the instant, v½ + h a/2: with it the kinetic energy of leapfrog balances exactly.
 """
 
 from __future__ import annotations
@@ -23,24 +26,16 @@ import numpy as np
 from numba import njit
 
 from netdae._arrays import BoolArray, FloatArray, IntArray
-from netdae.kernels.cables import (
-    FAST,
-    Cords,
-    Dashpots,
-    Drags,
-    add_pulls,
-    dashpot_power,
-    find_near,
-    speed_of,
-)
-from netdae.kernels.cordage import Cordage, add_cord_pulls, cord_power, friction_rate
-from netdae.kernels.loads import Pushes, add_force, add_loads, find_moments, push
-from netdae.kernels.rayleigh import Solver, damp, drag_all
-from netdae.kernels.reels import Drums, Reels, add_reeled_pulls, hold_drums, local_of, reeled_power
-from netdae.kernels.strings import string_room_of
+from netdae.explicit.drums import Drums, hold_drums
+from netdae.explicit.rayleigh import Solver, damp, drag_all
+from netdae.forces.law import FAST
+from netdae.forces.loops import DISSIPATED, EXTERNAL, FORCE, STRAIN, SUMS, TENSION
+from netdae.forces.table import Rows, add_forces, add_powers, friction_rate, rests, set_time, sift
 
-LOOK = 32  # steps for which the near cables are found; 12 to 96 differ by less than 5 %
+LOOK = 32  # steps for which the near elements are found; 12 to 96 differ by less than 5 %
 LEAST_MARGIN = 1e-4  # of the shortest cable: for a net that begins to move
+OUTSIDE = 2  # where force and torque from outside begin in `powers`
+POWERS = OUTSIDE + 6
 
 
 class Bodies(NamedTuple):
@@ -49,17 +44,21 @@ class Bodies(NamedTuple):
     mass: FloatArray  # (3n,), kg
     share: FloatArray  # (3n,), 1/mass, zero on restrained axes
     in_space: BoolArray  # (n,), False for nodes of reels
+    shortest: float  # m, of the cables
 
 
-class Forces(NamedTuple):
-    """All that acts."""
+class Acting(NamedTuple):
+    """What acts: the table's forces, and those that are taken at the end of the step."""
 
-    cords: Cords
-    drags: Drags
-    pushes: Pushes
-    reels: Reels
+    rows: Rows
     drums: Drums
-    cordage: Cordage
+    taken: FloatArray  # (3n,), room for dissipative shares, or (0,) where there are none
+    given: FloatArray  # (3n,), room for external shares, or (0,)
+    ahead: (
+        FloatArray  # (3n,), room for velocities at the end of the step where a force asks for them, or (0,)
+    )
+    in_python: bool  # whether any force is written in Python
+    rubs: bool  # whether friction bounds the step
 
 
 class Held(NamedTuple):
@@ -73,7 +72,9 @@ class Held(NamedTuple):
 class Tally(NamedTuple):
     """What a run of steps gave."""
 
-    steps: int  # fewer than asked where a limit was passed, or a reel wound in too far
+    steps: (
+        int  # fewer than asked where a limit was passed, a reel wound in too far, or a force in Python failed
+    )
     dissipated: float  # J
     work: float  # J
     impulse: FloatArray  # (6,), N s and N m s
@@ -84,16 +85,95 @@ class Tally(NamedTuple):
 
 
 @njit(cache=True, fastmath=FAST)
+def speed_of(v: FloatArray) -> float:
+    """Largest |v| of all entries: without sign, floats order as their bits do, which processors compare at once."""
+    bits = v.view(np.int64)
+    top = np.int64(0)
+    for i in range(len(bits)):
+        top = max(top, bits[i] & 0x7FFFFFFFFFFFFFFF)
+    return np.int64(top).view(np.float64)
+
+
+@njit(cache=True, fastmath=FAST)
+def _evaluate(
+    t: float,
+    x: FloatArray,
+    v: FloatArray,
+    ahead: FloatArray,
+    acting: Acting,
+    f: FloatArray,
+    sums: FloatArray,
+) -> None:
+    """Add the forces of the table at t to f, their shares to `taken` and `given`; all else into sums."""
+    sums[:] = 0.0
+    sums[STRAIN] = -np.inf
+    taken, given = acting.taken, acting.given
+    set_time(acting.rows, t)
+    of_taken, of_given = np.int64(0), np.int64(0)
+    if len(taken):
+        of_taken = np.int64(taken.ctypes.data)
+    if len(given):
+        of_given = np.int64(given.ctypes.data)
+    add_forces(acting.rows, x, v, ahead, f, of_taken, of_given, sums)
+    if acting.in_python:
+        add_powers(acting.rows, x, ahead, sums)
+
+
+@njit(cache=True, fastmath=FAST)
+def _kick(
+    x: FloatArray, v: FloatArray, share: FloatArray, f: FloatArray, h: float, acting: Acting, first: bool
+) -> tuple[float, float]:
+    """The half kick of a step and that of the next, and the drift, in one pass; powers as by `_powers` on the way.
+
+    f, `taken` and `given` are zero afterwards; `ahead` is v at the end of the step, with the acceleration of its begin,
+    but for the first step of a run, which has it already.
+    """
+    lost = brought = 0.0
+    taken, given, ahead = acting.taken, acting.given, acting.ahead
+    if not first:
+        for i in range(len(ahead)):
+            ahead[i] = v[i] + 1.5 * h * share[i] * f[i]
+    for i in range(len(given)):
+        brought += given[i] * (v[i] + 0.5 * h * share[i] * f[i])
+        given[i] = 0.0
+    if len(taken):
+        for i in range(len(x)):
+            kick = h * share[i] * f[i]
+            lost -= taken[i] * (v[i] + 0.5 * kick)
+            taken[i] = 0.0
+            v[i] += kick
+            x[i] += h * v[i]
+            f[i] = 0.0
+    else:
+        for i in range(len(x)):
+            v[i] += h * share[i] * f[i]
+            x[i] += h * v[i]
+            f[i] = 0.0
+    return lost, brought
+
+
+@njit(cache=True, fastmath=FAST)
+def _powers(v: FloatArray, share: FloatArray, f: FloatArray, h: float, acting: Acting) -> tuple[float, float]:
+    """Powers in W that dissipative shares take and external ones bring on v + h a/2."""
+    lost = brought = 0.0
+    for i in range(len(acting.taken)):
+        lost -= acting.taken[i] * (v[i] + 0.5 * h * share[i] * f[i])
+    for i in range(len(acting.given)):
+        brought += acting.given[i] * (v[i] + 0.5 * h * share[i] * f[i])
+    return lost, brought
+
+
+@njit(cache=True, fastmath=FAST)
 def fly(
     x: FloatArray,
     v: FloatArray,
     a: FloatArray,
     bodies: Bodies,
-    forces: Forces,
+    acting: Acting,
     held: Held,
     solver: Solver,
-    signals: FloatArray,
     motions: FloatArray,
+    t: float,
     h: float,
     steps: int,
     limits: tuple[float, float],
@@ -101,59 +181,46 @@ def fly(
     powers: FloatArray,
     told: tuple[FloatArray, FloatArray],
 ) -> Tally:
-    """Take `steps` steps of length h, or fewer if strain or friction pass their limits; x, v, a are changed.
+    """Take `steps` steps of length h from t on, or fewer if strain or friction pass their limits; x, v, a are changed.
 
     solver : of Rayleigh damping for this h
     fresh : whether the flight begins here; else a holds the damping of the steps before
-    powers : (2,), W, what dampers and brakes took and motors gave in the step before; those of the last step at the end
-    limits : of strain, and of the rate of friction in 1/s, see `kernels.cordage`
-    signals : (steps + 1, s, 3), the signals at the ends of the steps, or (1, s, 3) where all are constant
+    powers : (8,), of the instant before: what was taken and given, W, and force and torque from outside of all but
+        restraints; those of the last step at the end
+    limits : of strain, and of the rate of friction in 1/s, see `forces.drawcord`; infinite where nothing ends the steps
     motions : (steps + 1, 3, k), u in m, u̇ and ü of each of k driven components at the ends of the steps
     told : (r, 3, 3n) and (r, 10), to be filled with x, v, a after each of the last r of the steps asked for, and with
         dissipated energy, work and impulse up to then, the largest tension at it and that up to then
     """
-    cords, drags, pushes, reels, drums, cordage = forces
-    share, size, (states, sums) = bodies.share, len(x), told
-    f, viscous, reeled = np.zeros(size), np.zeros(size), local_of(reels)
-    stringed, elastic = string_room_of(cordage.strings), string_room_of(cordage.elastic)
-    dashpots = Dashpots(np.empty(len(cords.L2), dtype=np.int64), np.empty(len(cords.L2)))
-    near = np.empty(len(cords.L2), dtype=np.int64)
-    nearby, way, margin = -1, 0.0, 0.0
-    least_margin = LEAST_MARGIN * np.sqrt(cords.L2.min()) if len(cords.L2) else 0.0
-    dragged, braked = len(drags.ends) > 0 or len(drags.alpha) > 0, len(drags.alpha) > 0
-    driven, loaded, on_reels = len(held.entry) > 0, len(pushes.node) > 0, len(reels.L) > 0
-    strung, rubs, rate = len(cordage.least) > 0, (cordage.strings.friction > 0.0).any(), 0.0
-    peak = 0.0
+    rows, drums, ahead, rubs = acting.rows, acting.drums, acting.ahead, acting.rubs
+    share, size, (states, totals) = bodies.share, len(x), told
+    f, viscous, sums = np.zeros(size), np.zeros(size), np.zeros(SUMS)
+    dragged, braked = solver.damps, len(solver.rest.alpha) > 0
+    driven, limited, rate = len(held.entry) > 0, limits[0] < np.inf, 0.0
     impulse, outside, outside_old = np.zeros(6), np.zeros(6), np.zeros(6)
-    peak_step, strain, step, short = 0, -np.inf, 0, False
-    p, signal = np.zeros(size), signals[0]
-    moments_old, moments = np.zeros((len(pushes.total), 3)), np.zeros((len(pushes.total), 3))
+    peak, peak_step, strain, step, short = 0.0, 0, -np.inf, 0, False
     R_old, x_old, speed = np.zeros(len(held.entry)), np.zeros(len(held.entry)), np.zeros(len(held.entry))
     now = np.zeros(size) if dragged else v  # the velocity at which Rayleigh damping is taken
-    if loaded:
-        push(pushes, signal, p)
-        find_moments(x, pushes, moments_old)
-        add_loads(pushes, moments_old, signal, outside_old)
-    now_old = v
-    if fresh:
-        powers[:] = 0.0
+    way, margin, least_margin = np.inf, 0.0, LEAST_MARGIN * bodies.shortest
+    acting.taken[:] = 0.0
+    acting.given[:] = 0.0
     if driven or fresh:
-        add_pulls(x, v, cords, near, find_near(x, cords, 0.0, near), f, dashpots)
-        if on_reels:
-            add_reeled_pulls(x, v, reels, f, reeled)
-        if strung:
-            add_cord_pulls(x, v, cordage, f, stringed)
-        for i in range(size):
-            f[i] += p[i]
-        lost, given = hold_drums(x, v, share, f, 0.5 * h if fresh else 0.0, drums)
+        sift(rows, x, 0.0)
+        _evaluate(t, x, v, v, acting, f, sums)
+        lost, brought = hold_drums(x, v, share, f, 0.5 * h if fresh else 0.0, drums)
         if fresh:
-            powers[0], powers[1] = lost, given
+            own_lost, own_brought = _powers(v, share, f, 0.0, acting)
+            powers[0] = lost + own_lost + sums[DISSIPATED]
+            powers[1] = brought + own_brought + sums[EXTERNAL]
+            for k in range(6):
+                powers[OUTSIDE + k] = sums[FORCE + k]
         if dragged:
             if fresh:
                 for c in range(len(held.entry)):
                     speed[c] = motions[0, 1, held.motion[c]]
                 damp(v, bodies.mass, f, h, solver, held.entry, speed, now, viscous)
-                now_old = now
+                if braked:
+                    _add_brakes(x, now, solver.rest.alpha, bodies.in_space, powers[OUTSIDE:])
             else:
                 drag_all(v, solver, viscous)
             for i in range(size):
@@ -168,104 +235,92 @@ def fly(
         for c in range(len(held.entry)):
             i = held.entry[c]
             R_old[c] = bodies.mass[i] * a[i] - f[i]
-            add_force(x, i // 3, i % 3, R_old[c], bodies.in_space, outside_old)
-    if braked:
-        _add_brakes(x, now_old, drags.alpha, bodies.in_space, outside_old)
+            _add_force(x, i // 3, i % 3, R_old[c], bodies.in_space, outside_old)
+    for k in range(6):
+        outside_old[k] += powers[OUTSIDE + k]
     # what acts at an instant does so half a step before it and half a step after it
     dissipated, work = 0.5 * h * powers[0], 0.5 * h * powers[1]
     for i in range(size):
         v[i] += 0.5 * h * a[i]
         f[i] = 0.0
+    for i in range(len(ahead)):
+        ahead[i] = v[i] + 0.5 * h * a[i]
+    acting.taken[:] = 0.0
+    acting.given[:] = 0.0
+    lost, brought = 0.0, 0.0
     while step < steps and strain <= limits[0] and rate <= limits[1] and not short:
         step += 1
         for c in range(len(held.entry)):
             x_old[c] = x[held.entry[c]]
-        # v is the middle velocity: the half kick of the former step and that of this one, and the drift, in one pass
-        for i in range(size):
-            v[i] += h * share[i] * f[i]
-            x[i] += h * v[i]
-            f[i] = 0.0
+        # v is the middle velocity
+        own_lost, own_brought = _kick(x, v, share, f, h, acting, step == 1)
+        dissipated += h * own_lost
+        work += h * own_brought
         moved = h * speed_of(v)
         for c in range(len(held.entry)):
             i, k = held.entry[c], held.motion[c]
             x[i] = held.anchor[c] + motions[step, 0, k]
             v[i] = 0.5 * (motions[step - 1, 1, k] + motions[step, 1, k])
+            if len(ahead):
+                ahead[i] = motions[step, 1, k]
             moved = max(moved, abs(x[i] - x_old[c]))
         parted = 2.0 * np.sqrt(3.0) * moved
         way += parted
-        if nearby < 0 or not way <= margin:
+        if not way <= margin:
             margin, way = max(LOOK * parted, least_margin), 0.0
-            nearby = find_near(x, cords, 1.01 * margin, near)  # 1 % for round-off
-        count, tension, stretched = add_pulls(x, v, cords, near, nearby, f, dashpots)
-        if on_reels:
-            pull, longest, short = add_reeled_pulls(x, v, reels, f, reeled)
-            tension, stretched = max(tension, pull), max(stretched, longest)
-        if strung:
-            pull, longest, too_short = add_cord_pulls(x, v, cordage, f, stringed)
-            tension, stretched, short = max(tension, pull), max(stretched, longest), short or too_short
-            if rubs:
-                rate = max(rate, friction_rate(cordage, share, stringed))
-        strain = max(strain, stretched)
+            sift(rows, x, 1.01 * margin)  # 1 % for round-off
+        _evaluate(t + step * h, x, v, ahead if len(ahead) else v, acting, f, sums)
+        tension = np.sqrt(sums[TENSION])
+        strain = max(strain, sums[STRAIN])
         if tension > peak:
             peak, peak_step = tension, step
-        if loaded:
-            signal_old = signal
-            if len(signals) > 1:
-                signal = signals[step]
-                push(pushes, signal, p)
-            for i in range(size):
-                f[i] += p[i]
-            find_moments(x, pushes, moments)
-            add_loads(pushes, moments, signal, outside)
-            for g in range(len(pushes.total)):
-                s = pushes.signal[pushes.begin[g]]
-                for c in range(3):
-                    mean = 0.5 * (signal_old[s, c] + signal[s, c])
-                    work += mean * (moments[g, c] - moments_old[g, c])
-                    moments_old[g, c] = moments[g, c]
-        powers[0], powers[1] = hold_drums(x, v, share, f, h, drums)
+        if limited:
+            short = rests(rows, x) > 0 or rows.curved[1] != 0
+            if rubs:
+                rate = max(rate, friction_rate(rows, x, v, share))
+        lost, brought = hold_drums(x, v, share, f, h, drums) if len(drums.entry) else (0.0, 0.0)
+        for k in range(6):
+            powers[OUTSIDE + k] = sums[FORCE + k]
         if dragged:
             for c in range(len(held.entry)):
                 speed[c] = motions[step, 1, held.motion[c]]
             damp(v, bodies.mass, f, h, solver, held.entry, speed, now, viscous)
-            power = 0.0
             for i in range(size):
                 f[i] += viscous[i]
-                power -= viscous[i] * now[i]
-            powers[0] += power
+                lost -= viscous[i] * now[i]
             if braked:
-                _add_brakes(x, now, drags.alpha, bodies.in_space, outside)
-        # on the mean velocity of the steps before and after it, v½ + h a/2
-        powers[0] += dashpot_power(x, v, share, f, h, cords, count, dashpots)
-        if on_reels:
-            powers[0] += reeled_power(v, share, f, h, reels, reeled)
-        if strung:
-            powers[0] += cord_power(x, v, share, f, h, cordage, stringed, elastic)
-        dissipated += h * powers[0]
-        work += h * powers[1]
+                _add_brakes(x, now, solver.rest.alpha, bodies.in_space, powers[OUTSIDE:])
+        lost, brought = lost + sums[DISSIPATED], brought + sums[EXTERNAL]  # those of Python
+        dissipated += h * lost
+        work += h * brought
         for c in range(len(held.entry)):
             i = held.entry[c]
             R = bodies.mass[i] * motions[step, 2, held.motion[c]] - f[i]
             work += 0.5 * (R_old[c] + R) * (x[i] - x_old[c])
-            add_force(x, i // 3, i % 3, R, bodies.in_space, outside)
+            _add_force(x, i // 3, i % 3, R, bodies.in_space, outside)
             R_old[c] = R
-        if loaded or driven or braked:
-            for k in range(6):
-                impulse[k] += 0.5 * h * (outside_old[k] + outside[k])
-                outside_old[k], outside[k] = outside[k], 0.0
+        for k in range(6):
+            outside[k] += powers[OUTSIDE + k]
+            impulse[k] += 0.5 * h * (outside_old[k] + outside[k])
+            outside_old[k], outside[k] = outside[k], 0.0
         row = step - 1 - steps + len(states)
         if row >= 0:
-            state, total = states[row], sums[row]
+            state, total = states[row], totals[row]
             for i in range(size):
                 state[0, i] = x[i]
             _end_step(state[1], state[2], v, f, share, h, held, motions[step])
-            total[0], total[1] = dissipated - 0.5 * h * powers[0], work - 0.5 * h * powers[1]
+            own_lost, own_brought = _powers(v, share, f, h, acting)
+            total[0] = dissipated + 0.5 * h * (own_lost - lost)
+            total[1] = work + 0.5 * h * (own_brought - brought)
             total[8], total[9] = tension, peak
             for k in range(6):
                 total[2 + k] = impulse[k]
+    own_lost, own_brought = _powers(v, share, f, h, acting)
+    powers[0], powers[1] = lost + own_lost, brought + own_brought
+    dissipated += 0.5 * h * (own_lost - lost)
+    work += 0.5 * h * (own_brought - brought)
     _end_step(v, a, v, f, share, h, held, motions[step])
-    dissipated -= 0.5 * h * powers[0]
-    return Tally(step, dissipated, work - 0.5 * h * powers[1], impulse, peak, peak_step, strain, rate)
+    return Tally(step, dissipated, work, impulse, peak, peak_step, strain, rate)
 
 
 @njit(cache=True, fastmath=FAST)
@@ -294,4 +349,13 @@ def _add_brakes(
 ) -> None:
     """Row (6,) gains the forces of α M on all nodes, which come from outside, and their torques."""
     for i in range(len(v)):
-        add_force(x, i // 3, i % 3, -alpha[i] * v[i], in_space, row)
+        _add_force(x, i // 3, i % 3, -alpha[i] * v[i], in_space, row)
+
+
+@njit(cache=True, fastmath=FAST)
+def _add_force(x: FloatArray, node: int, c: int, F: float, in_space: BoolArray, row: FloatArray) -> None:
+    """Row (6,) gains a force F along the axis c on a node, and its torque."""
+    if in_space[node]:
+        row[c] += F
+        row[3 + (c + 1) % 3] += x[3 * node + (c + 2) % 3] * F
+        row[3 + (c + 2) % 3] -= x[3 * node + (c + 1) % 3] * F

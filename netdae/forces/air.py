@@ -28,15 +28,17 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
 
-from netdae._arrays import FloatArray, IntArray
+from netdae._arrays import FloatArray, Reals
 from netdae.errors import InputError
 from netdae.forces.drag import PARALLEL, across_of, check_positive, slack_of, thickness_of
-from netdae.forces.protocol import Account, Force, NewtonPart, Tangent
+from netdae.forces.elements import ElementForce
+from netdae.forces.law import Law, Shares, compiled
+from netdae.forces.protocol import Force
 from netdae.material import Cords
 from netdae.net import CableNet
 from netdae.signals import Signal, signal_of
@@ -48,7 +50,15 @@ LOOPS_ACROSS, LOOPS_ALONG = 3.0 * math.pi / 16.0, 0.25
 """Means of sin³ θ and |cos³ θ| over all directions."""
 
 
-@njit(cache=True)
+class AirOnCables(NamedTuple):
+    """Parameters of the cross-flow drag of cables, half of it on each end, (m,); the signal is the wind, m/s."""
+
+    L: Reals  # L̄, m
+    across: Reals  # ¼ ρ C_n D, kg/m²
+    along: Reals  # ¼ ρ π C_t D, kg/m²
+
+
+@compiled
 def air_drag_of(
     cn: float,
     ct: float,
@@ -69,26 +79,17 @@ def air_drag_of(
     return by_w * wx + by_d * dx, by_w * wy + by_d * dy, by_w * wz + by_d * dz
 
 
-@njit(cache=True)
-def _forces(
-    x: FloatArray,
-    v: FloatArray,
-    L: FloatArray,
-    cn: FloatArray,
-    ct: FloatArray,
-    wind: FloatArray,
-    f: FloatArray,
-) -> None:
-    for e in range(len(L)):
-        dx, dy, dz = x[e, 1, 0] - x[e, 0, 0], x[e, 1, 1] - x[e, 0, 1], x[e, 1, 2] - x[e, 0, 2]
-        for end in range(2):
-            f[e, end, 0], f[e, end, 1], f[e, end, 2] = air_drag_of(
-                *(cn[e], ct[e], dx, dy, dz, L[e]),
-                *(wind[0] - v[e, end, 0], wind[1] - v[e, end, 1], wind[2] - v[e, end, 2]),
-            )
+@compiled
+def _force(p: AirOnCables, e: int, s: FloatArray, x: FloatArray, v: FloatArray, f: Shares) -> bool:
+    dx, dy, dz = x[1, 0] - x[0, 0], x[1, 1] - x[0, 1], x[1, 2] - x[0, 2]
+    for end in range(2):
+        w = s[0] - v[end, 0], s[1] - v[end, 1], s[2] - v[end, 2]
+        push = air_drag_of(p.across[e], p.along[e], dx, dy, dz, p.L[e], w[0], w[1], w[2])
+        f.external[end, 0], f.external[end, 1], f.external[end, 2] = push
+    return True
 
 
-@njit(cache=True)
+@compiled
 def _slopes(
     cn: float, ct: float, d: FloatArray, L: float, w: FloatArray, by_d: FloatArray, by_w: FloatArray
 ) -> None:
@@ -125,25 +126,30 @@ def _slopes(
             )
 
 
-@njit(cache=True)
-def _tangents(
-    x: FloatArray,
-    v: FloatArray,
-    L: FloatArray,
-    cn: FloatArray,
-    ct: FloatArray,
-    wind: FloatArray,
-    K: FloatArray,
-    C: FloatArray,
-) -> None:
+@compiled
+def _tangent(
+    p: AirOnCables, e: int, s: FloatArray, x: FloatArray, v: FloatArray, K: FloatArray, C: FloatArray
+) -> bool:
     by_d, by_w = np.empty((3, 3)), np.empty((3, 3))
-    for e in range(len(L)):
-        for end in range(2):
-            _slopes(cn[e], ct[e], x[e, 1] - x[e, 0], L[e], wind - v[e, end], by_d, by_w)
-            for a in range(3):
-                for b in range(3):
-                    K[e, end, a, 1, b], K[e, end, a, 0, b] = by_d[a, b], -by_d[a, b]
-                    C[e, end, a, end, b] = -by_w[a, b]
+    for end in range(2):
+        _slopes(p.across[e], p.along[e], x[1] - x[0], p.L[e], s - v[end], by_d, by_w)
+        for a in range(3):
+            for b in range(3):
+                K[end, a, 1, b], K[end, a, 0, b] = by_d[a, b], -by_d[a, b]
+                C[end, a, end, b] = -by_w[a, b]
+    return True
+
+
+# all its power is external: wind drives as well as it brakes. Nodes of slack cables are coupled by it too, which the
+# factor of a taut net does without
+AIR = Law(
+    AirOnCables,
+    force=_force,
+    tangent=_tangent,
+    shares=("external",),
+    external=True,
+    newton="nothing",
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,56 +193,6 @@ class AirDrag:
         """Bound to the group's cables; raises InputError for an unknown group."""
         cables = net.cables_of(self.cables)
         quarter = 0.25 * self.density * thickness_of(cables, cords, self.diameter)
-        return AirOnCables(
-            net.cables[cables],
-            net.rest_length[cables],
-            self.normal_coefficient * quarter,
-            math.pi * self.tangential_coefficient * quarter,
-            signal_of(self.wind),
-        )
-
-
-@dataclass(frozen=True, eq=False)
-class AirOnCables:
-    """Cross-flow drag of cables, half of it on each end.
-
-    nodes : (m, 2); L : L̄ (m,), m; across : ¼ ρ C_n D (m,), along : ¼ ρ π C_t D (m,), kg/m²; signal : the wind, m/s
-    newton : nodes of slack cables are coupled by it too, which a taut net's factor does without: "nothing"
-
-    All its power is external: wind drives as well as it brakes.
-    """
-
-    nodes: IntArray
-    L: FloatArray
-    across: FloatArray
-    along: FloatArray
-    signal: Signal
-
-    newton: NewtonPart = "nothing"
-    external: bool = True
-
-    @property
-    def jumps(self) -> tuple[float, ...]:
-        """Jumps of the wind."""
-        return self.signal.jumps
-
-    @property
-    def kinks(self) -> tuple[float, ...]:
-        """Kinks of the wind."""
-        return self.signal.kinks
-
-    def force(self, t: float, x: FloatArray, v: FloatArray) -> FloatArray:
-        """Force on the two nodes of each cable, (m, 2, 3), N."""
-        f = np.empty_like(x)
-        _forces(x, v, self.L, self.across, self.along, self.signal(t), f)
-        return f
-
-    def tangent(self, t: float, x: FloatArray, v: FloatArray) -> Tangent:
-        """Derivatives of all cables."""
-        K, C = np.zeros((2, len(self.L), 2, 3, 2, 3))
-        _tangents(x, v, self.L, self.across, self.along, self.signal(t), K, C)
-        return Tangent.of_all(K, C)
-
-    def account(self, t: float, x: FloatArray, v: FloatArray) -> Account:
-        """External power f·v."""
-        return Account(external_power=float(np.vdot(self.force(t, x, v), v)))
+        across, along = self.normal_coefficient * quarter, math.pi * self.tangential_coefficient * quarter
+        parameters = AirOnCables(net.rest_length[cables], across, along)
+        return ElementForce(AIR, net.cables[cables], parameters, signal_of(self.wind))

@@ -17,16 +17,15 @@ A stop at s_e is a spring k with a damper c, one-sided: with the way δ beyond i
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
-from netdae._arrays import BoolArray, FloatArray, IntArray
-from netdae.forces.protocol import Account, NewtonPart, Tangent
+from netdae._arrays import Flags, FloatArray, IntArray, Reals
+from netdae.forces.law import Family, Law, Shares, compiled, no_bound
 
 
-@njit(cache=True)
+@compiled
 def friction_of(u: float, ratchet: bool) -> tuple[float, float]:
     """γ(u) and γ′(u)."""
     if ratchet and u < 0.0:
@@ -35,137 +34,89 @@ def friction_of(u: float, ratchet: bool) -> tuple[float, float]:
     return u * w, w * w * w
 
 
-@njit(cache=True)
-def _brakes(
-    v: FloatArray,
-    friction: FloatArray,
-    creep_speed: FloatArray,
-    viscosity: FloatArray,
-    ratchet: BoolArray,
-    f: FloatArray,
-    C: FloatArray,
-) -> float:
-    """f (m,) and C = ∂f/∂ṡ (m,) of all brakes, and the power that they take."""
-    power = 0.0
-    for e in range(len(v)):
-        rate = v[e, 0, 0]
-        smooth, slope = friction_of(rate / creep_speed[e], ratchet[e])
-        f[e] = -friction[e] * smooth - viscosity[e] * rate
-        C[e] = -friction[e] * slope / creep_speed[e] - viscosity[e]
-        power -= f[e] * rate
-    return power
+class Brake(NamedTuple):
+    """Parameters of the friction on the drums of reels, (m,)."""
+
+    friction: Reals  # F_b, N
+    creep_speed: Reals  # v₀, m/s
+    viscosity: Reals  # c, N s/m
+    ratchet: Flags  # True where the drum does not wind back by itself
 
 
-@njit(cache=True)
-def push_of(way: float, rate: float, stiffness: float, viscosity: float) -> float:
-    """p."""
-    return max(stiffness * way + viscosity * rate, 0.0) if way > 0.0 else 0.0
+@compiled
+def _brake(p: Brake, e: int, s: FloatArray, x: FloatArray, v: FloatArray, f: Shares) -> bool:
+    smooth, _ = friction_of(v[0, 0] / p.creep_speed[e], p.ratchet[e])
+    f.dissipative[0, 0] = -p.friction[e] * smooth - p.viscosity[e] * v[0, 0]
+    return True
 
 
-@njit(cache=True)
-def _stops(
-    x: FloatArray,
-    v: FloatArray,
-    place: FloatArray,
-    side: FloatArray,
-    stiffness: FloatArray,
-    viscosity: FloatArray,
-    f: FloatArray,
-) -> tuple[float, float]:
-    """f (m,) of all stops, what they store and the power that they take."""
-    stored = power = 0.0
-    for e in range(len(x)):
-        way, rate = max(side[e] * (x[e, 0, 0] - place[e]), 0.0), side[e] * v[e, 0, 0]
-        p = push_of(way, rate, stiffness[e], viscosity[e])
-        f[e] = -side[e] * p
-        stored += 0.5 * stiffness[e] * way * way
-        power += (p - stiffness[e] * way) * rate
-    return stored, power
+@compiled
+def _brake_tangent(
+    p: Brake, e: int, s: FloatArray, x: FloatArray, v: FloatArray, K: FloatArray, C: FloatArray
+) -> bool:
+    _, slope = friction_of(v[0, 0] / p.creep_speed[e], p.ratchet[e])
+    C[0, 0, 0, 0] = -p.friction[e] * slope / p.creep_speed[e] - p.viscosity[e]
+    return True
 
 
-def _along_x(values: FloatArray) -> FloatArray:
-    """Force (m, 1, 3) along x."""
-    f = np.zeros((len(values), 1, 3))
-    f[:, 0, 0] = values
-    return f
+class EndStop(NamedTuple):
+    """Parameters of stops at the ends of the way of reels, (m,)."""
+
+    place: Reals  # s_e, m
+    side: Reals  # 1 for a stop that s reaches from below, −1 from above
+    stiffness: Reals  # k, N/m
+    viscosity: Reals  # c, N s/m
 
 
-def _tangent_along_x(elements: IntArray, dx: FloatArray, dv: FloatArray) -> Tangent:
-    K, C = np.zeros((2, len(elements), 1, 3, 1, 3))
-    K[:, 0, 0, 0, 0], C[:, 0, 0, 0, 0] = dx, dv
-    return Tangent(elements, K, C)
+@compiled
+def _stop(p: EndStop, e: int, s: FloatArray, x: FloatArray, v: FloatArray, f: Shares) -> bool:
+    way = p.side[e] * (x[0, 0] - p.place[e])
+    if not way > 0.0:
+        return False
+    spring = p.stiffness[e] * way
+    push = max(spring + p.viscosity[e] * p.side[e] * v[0, 0], 0.0)
+    f.conservative[0, 0] = -p.side[e] * spring
+    f.dissipative[0, 0] = -p.side[e] * (push - spring)
+    return True
 
 
-@dataclass(frozen=True, eq=False)
-class Brake:
-    """Friction on the drums of reels, k = 1.
-
-    nodes : (m, 1); friction : F_b (m,), N; creep_speed : v₀ (m,), m/s; viscosity : c (m,), N s/m
-    ratchet : (m,), True where the drum does not wind back by itself
-    """
-
-    nodes: IntArray
-    friction: FloatArray
-    creep_speed: FloatArray
-    viscosity: FloatArray
-    ratchet: BoolArray
-
-    newton: NewtonPart = "symmetric"
-    jumps: tuple[float, ...] = ()
-    kinks: tuple[float, ...] = ()
-    external: bool = False
-
-    def force(self, t: float, x: FloatArray, v: FloatArray) -> FloatArray:
-        """Along x of each reel node, (m, 1, 3), N."""
-        return _along_x(self._braked(v)[0])
-
-    def tangent(self, t: float, x: FloatArray, v: FloatArray) -> Tangent:
-        """Zero and −F_b γ′/v₀ − c."""
-        _, C, _ = self._braked(v)
-        return _tangent_along_x(np.arange(len(C)), np.zeros(len(C)), C)
-
-    def account(self, t: float, x: FloatArray, v: FloatArray) -> Account:
-        """Dissipated power −f ṡ."""
-        return Account(dissipated_power=self._braked(v)[2])
-
-    def _braked(self, v: FloatArray) -> tuple[FloatArray, FloatArray, float]:
-        f, C = np.empty((2, len(v)))
-        power = _brakes(v, self.friction, self.creep_speed, self.viscosity, self.ratchet, f, C)
-        return f, C, power
+@compiled
+def _stop_tangent(
+    p: EndStop, e: int, s: FloatArray, x: FloatArray, v: FloatArray, K: FloatArray, C: FloatArray
+) -> bool:
+    way = p.side[e] * (x[0, 0] - p.place[e])
+    if not (way > 0.0 and p.stiffness[e] * way + p.viscosity[e] * p.side[e] * v[0, 0] > 0.0):
+        return False
+    K[0, 0, 0, 0], C[0, 0, 0, 0] = -p.stiffness[e], -p.viscosity[e]
+    return True
 
 
-@dataclass(frozen=True, eq=False)
-class EndStop:
-    """Stops at the ends of the way of reels, k = 1.
+@compiled
+def _stop_energy(p: EndStop, e: int, x: FloatArray) -> float:
+    way = max(p.side[e] * (x[0, 0] - p.place[e]), 0.0)
+    return 0.5 * p.stiffness[e] * way * way
 
-    nodes : (m, 1); place : s_e (m,), m; side : (m,), 1 for a stop that s reaches from below, −1 from above
-    stiffness : k (m,), N/m; viscosity : c (m,), N s/m
-    """
 
-    nodes: IntArray
-    place: FloatArray
-    side: FloatArray
-    stiffness: FloatArray
-    viscosity: FloatArray
+def _stop_bound(p: EndStop, nodes: IntArray, strain: float, x: FloatArray) -> list[Family]:
+    return [Family(nodes, np.stack((p.stiffness, 0 * p.stiffness))[..., None])]
 
-    newton: NewtonPart = "symmetric"
-    jumps: tuple[float, ...] = ()
-    kinks: tuple[float, ...] = ()
-    external: bool = False
 
-    def force(self, t: float, x: FloatArray, v: FloatArray) -> FloatArray:
-        """Along x of each reel node, (m, 1, 3), N."""
-        return _along_x(self._stopped(x, v)[0])
-
-    def tangent(self, t: float, x: FloatArray, v: FloatArray) -> Tangent:
-        """−k and −c of the stops that push."""
-        pushing = np.flatnonzero(self._stopped(x, v)[0])
-        return _tangent_along_x(pushing, -self.stiffness[pushing], -self.viscosity[pushing])
-
-    def account(self, t: float, x: FloatArray, v: FloatArray) -> Account:
-        """Stored ½ k δ² and dissipated (p − k δ) δ̇."""
-        return Account(*self._stopped(x, v)[1])
-
-    def _stopped(self, x: FloatArray, v: FloatArray) -> tuple[FloatArray, tuple[float, float]]:
-        f = np.empty(len(x))
-        return f, _stops(x, v, self.place, self.side, self.stiffness, self.viscosity, f)
+BRAKE = Law(
+    Brake,
+    force=_brake,
+    tangent=_brake_tangent,
+    nodes=1,
+    shares=("dissipative",),
+    implicit=True,
+    bound=no_bound,
+)
+END_STOP = Law(
+    EndStop,
+    force=_stop,
+    tangent=_stop_tangent,
+    energy=_stop_energy,
+    nodes=1,
+    shares=("conservative", "dissipative"),
+    implicit=True,
+    bound=_stop_bound,
+)

@@ -19,12 +19,15 @@ d ⊗ w is the one unsymmetric part.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-from netdae._arrays import BoolArray, FloatArray, IntArray
-from netdae.forces.protocol import Account, NewtonPart, Tangent
+from netdae._arrays import BoolArray, Flags, FloatArray, IntArray, Reals
+from netdae.forces.elements import ElementForce
+from netdae.forces.law import Family, Law, Shares, Vector, compiled
 
 
 @njit(cache=True)
@@ -60,108 +63,116 @@ def law_of(E11: float, eps: float, engineering: bool) -> tuple[float, float, flo
     return n * s, (dn - n * s) * s * s, (ddn - 3.0 * (dn - n * s) * s) * s * s * s, energy
 
 
-@njit(cache=True)
-def _forces(
-    x: FloatArray,
-    v: FloatArray,
-    L: FloatArray,
-    EA: FloatArray,
-    eps: FloatArray,
-    engineering: BoolArray,
-    tau: FloatArray,
-    f: FloatArray,
-) -> None:
-    for e in range(len(L)):
-        dx, dy, dz = x[e, 1, 0] - x[e, 0, 0], x[e, 1, 1] - x[e, 0, 1], x[e, 1, 2] - x[e, 0, 2]
-        E11 = strain_of(dx, dy, dz, L[e])
-        if E11 < 0.0:
-            f[e] = 0.0
-            continue
-        g, dg, _, _ = law_of(E11, eps[e], engineering[e])
-        wx, wy, wz = v[e, 1, 0] - v[e, 0, 0], v[e, 1, 1] - v[e, 0, 1], v[e, 1, 2] - v[e, 0, 2]
-        rate = (dx * wx + dy * wy + dz * wz) / (L[e] * L[e])
-        q = max(g + tau[e] * dg * rate, 0.0) * EA[e] / L[e]
-        f[e, 0, 0], f[e, 0, 1], f[e, 0, 2] = q * dx, q * dy, q * dz
-        f[e, 1, 0], f[e, 1, 1], f[e, 1, 2] = -q * dx, -q * dy, -q * dz
+class Cable(NamedTuple):
+    """Parameters of cables, (m,) but for `plain`."""
+
+    L2: Reals  # L̄², m²
+    half: Reals  # EĀ/(2 L̄³), N/m³: q of the sharp law over l² − L̄²
+    viscous: Reals  # τ EĀ/L̄³, N s/m³: q of its dashpot over d·w
+    EA: Reals  # EĀ, N
+    eps: Reals  # ε
+    engineering: Flags
+    plain: bool  # all cables follow Eq. (4) without a toe
 
 
-@njit(cache=True)
-def _tangents(
-    x: FloatArray,
-    v: FloatArray,
-    taut: IntArray,
-    L: FloatArray,
-    EA: FloatArray,
-    eps: FloatArray,
-    engineering: BoolArray,
-    tau: FloatArray,
-    K: FloatArray,
-    C: FloatArray,
-) -> None:
-    for k in range(len(taut)):
-        e = taut[k]
-        d, w = x[e, 1] - x[e, 0], v[e, 1] - v[e, 0]
-        g, dg, ddg, _ = law_of(strain_of(d[0], d[1], d[2], L[e]), eps[e], engineering[e])
-        rate = (d[0] * w[0] + d[1] * w[1] + d[2] * w[2]) / (L[e] * L[e])
-        q, c = (g + tau[e] * dg * rate) * EA[e] / L[e], EA[e] / L[e] ** 3
-        for a in range(3):
-            for b in range(3):
-                along = c * d[a] * ((dg + tau[e] * ddg * rate) * d[b] + tau[e] * dg * w[b])
-                stiffness = along + q if a == b else along
-                viscosity = c * tau[e] * dg * d[a] * d[b]
-                K[k, 0, a, 1, b] = K[k, 1, a, 0, b] = stiffness
-                K[k, 0, a, 0, b] = K[k, 1, a, 1, b] = -stiffness
-                C[k, 0, a, 1, b] = C[k, 1, a, 0, b] = viscosity
-                C[k, 0, a, 0, b] = C[k, 1, a, 1, b] = -viscosity
+@compiled
+def densities_of(p: Cable, e: int, excess: float, rate: float) -> tuple[float, float]:
+    """Elastic and viscous part of q, N/m, of a cable with d·d − L̄² = excess ≥ 0 and d·w = rate."""
+    if p.plain:
+        return p.half[e] * excess, p.viscous[e] * rate
+    g, dg, _, _ = law_of(0.5 * excess / p.L2[e], p.eps[e], p.engineering[e])
+    return g * p.EA[e] / np.sqrt(p.L2[e]), p.viscous[e] * dg * rate
 
 
-@njit(cache=True)
-def _taut(
-    x: FloatArray,
-    v: FloatArray,
-    L: FloatArray,
-    eps: FloatArray,
-    engineering: BoolArray,
-    tau: FloatArray,
-) -> IntArray:
-    """Cables that are taut and whose stress is not held at zero."""
-    taut, count = np.empty(len(L), dtype=np.int64), 0
-    for e in range(len(L)):
-        dx, dy, dz = x[e, 1, 0] - x[e, 0, 0], x[e, 1, 1] - x[e, 0, 1], x[e, 1, 2] - x[e, 0, 2]
-        E11 = strain_of(dx, dy, dz, L[e])
-        if E11 < 0.0:
-            continue
-        g, dg, _, _ = law_of(E11, eps[e], engineering[e])
-        wx, wy, wz = v[e, 1, 0] - v[e, 0, 0], v[e, 1, 1] - v[e, 0, 1], v[e, 1, 2] - v[e, 0, 2]
-        if g + tau[e] * dg * (dx * wx + dy * wy + dz * wz) / (L[e] * L[e]) >= 0.0:
-            taut[count] = e
-            count += 1
-    return taut[:count].copy()
+@compiled
+def _pull(p: Cable, e: int, s: FloatArray, d: Vector, w: Vector, f: Shares) -> bool:
+    excess = d[0] * d[0] + d[1] * d[1] + d[2] * d[2] - p.L2[e]
+    if excess < 0.0:
+        return False
+    elastic, viscous = densities_of(p, e, excess, d[0] * w[0] + d[1] * w[1] + d[2] * w[2])
+    damper = max(elastic + viscous, 0.0) - elastic
+    for c in range(3):
+        f.conservative[c] = elastic * d[c]
+        f.dissipative[c] = damper * d[c]
+    return True
 
 
-@njit(cache=True)
-def _account(
-    x: FloatArray,
-    v: FloatArray,
-    L: FloatArray,
-    EA: FloatArray,
-    eps: FloatArray,
-    engineering: BoolArray,
-    tau: FloatArray,
-) -> tuple[float, float]:
-    stored = dissipated = 0.0
-    for e in range(len(L)):
-        dx, dy, dz = x[e, 1, 0] - x[e, 0, 0], x[e, 1, 1] - x[e, 0, 1], x[e, 1, 2] - x[e, 0, 2]
-        E11 = strain_of(dx, dy, dz, L[e])
-        if E11 < 0.0:
-            continue
-        g, dg, _, energy = law_of(E11, eps[e], engineering[e])
-        stored += EA[e] * L[e] * energy
-        if tau[e] > 0.0:
-            wx, wy, wz = v[e, 1, 0] - v[e, 0, 0], v[e, 1, 1] - v[e, 0, 1], v[e, 1, 2] - v[e, 0, 2]
-            rate = (dx * wx + dy * wy + dz * wz) / (L[e] * L[e])
-            dissipated += EA[e] * L[e] * (max(g + tau[e] * dg * rate, 0.0) - g) * rate
-    return stored, dissipated
+@compiled
+def _tangent(p: Cable, e: int, s: FloatArray, d: Vector, w: Vector, K: FloatArray, C: FloatArray) -> bool:
+    excess = d[0] * d[0] + d[1] * d[1] + d[2] * d[2] - p.L2[e]
+    if excess < 0.0:
+        return False
+    rate = d[0] * w[0] + d[1] * w[1] + d[2] * w[2]
+    elastic, viscous = densities_of(p, e, excess, rate)
+    q = elastic + viscous
+    if q < 0.0:
+        return False
+    dg, ddg = 1.0, 0.0
+    if not p.plain:
+        _, dg, ddg, _ = law_of(0.5 * excess / p.L2[e], p.eps[e], p.engineering[e])
+    c = p.viscous[e] * dg
+    along = 2.0 * p.half[e] * dg + p.viscous[e] * ddg * rate / p.L2[e]
+    for a in range(3):
+        for b in range(3):
+            K[a, b] = d[a] * (along * d[b] + c * w[b])
+            C[a, b] = c * d[a] * d[b]
+        K[a, a] += q
+    return True
+
+
+@compiled
+def _energy(p: Cable, e: int, d: Vector) -> float:
+    E11 = 0.5 * ((d[0] * d[0] + d[1] * d[1] + d[2] * d[2]) / p.L2[e] - 1.0)
+    return p.EA[e] * np.sqrt(p.L2[e]) * law_of(E11, p.eps[e], p.engineering[e])[3]
+
+
+@compiled
+def _measured(p: Cable, e: int, d: Vector) -> tuple[float, float]:
+    l2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2]
+    elastic, _ = densities_of(p, e, l2 - p.L2[e], 0.0)
+    return elastic * elastic * l2, 0.5 * (l2 / p.L2[e] - 1.0)
+
+
+@compiled
+def _near(p: Cable, e: int, d: Vector, margin: float) -> bool:
+    reach = np.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]) + margin
+    return p.EA[e] > 0.0 and not reach * reach < p.L2[e]  # takes not-a-number too
+
+
+def along_of(
+    L: FloatArray, EA: FloatArray, eps: FloatArray, engineering: BoolArray, tau: FloatArray, strain: float
+) -> FloatArray:
+    """k in N/m and c in N s/m of cables (m,) along themselves at a strain, (2, m).
+
+    EĀ/L̄ (g′Λ + g)/E and EĀ/L̄ τ g′Λ/E.
+    """
+    stiffening, softening = np.empty((2, len(L)))
+    for law in {(float(e), bool(g)) for e, g in zip(eps, engineering, strict=True)}:
+        g, dg, _, _ = law_of(strain, *law)
+        of_law = (eps == law[0]) & (engineering == law[1])
+        softening[of_law] = dg * (1 + 2 * strain)
+        stiffening[of_law] = dg * (1 + 2 * strain) + g
+    return EA / L * np.stack((stiffening, tau * softening))
+
+
+def _bound(p: Cable, nodes: IntArray, strain: float, x: FloatArray) -> list[Family]:
+    L = np.sqrt(p.L2)
+    tau = np.divide(p.viscous, 2.0 * p.half, out=np.zeros_like(L), where=p.half > 0)
+    of_cable = along_of(L, p.EA, p.eps, p.engineering, tau, strain)
+    return [Family(nodes, np.stack((of_cable, of_cable), axis=-1))]
+
+
+CABLE = Law(
+    Cable,
+    force=_pull,
+    tangent=_tangent,
+    energy=_energy,
+    pair=True,
+    shares=("conservative", "dissipative"),
+    measured=_measured,
+    near=_near,
+    bound=_bound,
+)
 
 
 @njit(cache=True)
@@ -194,7 +205,7 @@ def _energy_and_peak(
 
 @dataclass(frozen=True, eq=False)
 class Cables:
-    """All cables of a net as one force with k = 2.
+    """All cables of a net, as data; `force` is what they do.
 
     nodes : (m, 2); L : L̄ (m,), m; EA : EĀ (m,), N; eps : ε (m,); engineering : (m,); tau : τ (m,), s
     """
@@ -206,27 +217,13 @@ class Cables:
     engineering: BoolArray
     tau: FloatArray
 
-    newton: NewtonPart = "symmetric"
-    jumps: tuple[float, ...] = ()
-    kinks: tuple[float, ...] = ()
-    external: bool = False
-
-    def force(self, t: float, x: FloatArray, v: FloatArray) -> FloatArray:
-        """Pull of each cable on its two nodes, (m, 2, 3), N; Eq. (5) with the dashpot's share."""
-        f = np.empty_like(x)
-        _forces(x, v, self.L, self.EA, self.eps, self.engineering, self.tau, f)
-        return f
-
-    def tangent(self, t: float, x: FloatArray, v: FloatArray) -> Tangent:
-        """∂f/∂x, minus Eq. (6) without dashpot, and ∂f/∂v, of the taut cables."""
-        taut = _taut(x, v, self.L, self.eps, self.engineering, self.tau)
-        K, C = np.empty((2, len(taut), 2, 3, 2, 3))
-        _tangents(x, v, taut, self.L, self.EA, self.eps, self.engineering, self.tau, K, C)
-        return Tangent(taut, K, C)
-
-    def account(self, t: float, x: FloatArray, v: FloatArray) -> Account:
-        """Elastic energy and the dashpot's power, (S11 − g) Ė11 Ā L̄ with the S11 that is not below zero."""
-        return Account(*_account(x, v, self.L, self.EA, self.eps, self.engineering, self.tau))
+    @cached_property
+    def force(self) -> ElementForce:
+        """Pull of each cable on its two nodes, Eq. (5) with the dashpot's share."""
+        plain = not ((self.eps > 0).any() or self.engineering.any())
+        c = self.EA / self.L**3
+        parameters = Cable(self.L**2, 0.5 * c, self.tau * c, self.EA, self.eps, self.engineering, plain)
+        return ElementForce(CABLE, self.nodes, parameters)
 
     def energy_and_peak(self, x: FloatArray) -> tuple[float, float]:
         """Stored energy in J and largest tension in N from the positions of all nodes (n, 3)."""

@@ -22,14 +22,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
 
-from netdae._arrays import FloatArray, IntArray
+from netdae._arrays import FloatArray, IntArray, Reals
 from netdae.errors import InputError
-from netdae.forces.protocol import Account, Force, NewtonPart, Tangent
+from netdae.forces.elements import ElementForce
+from netdae.forces.law import Law, Shares, compiled
+from netdae.forces.protocol import Force
 from netdae.material import Cords
 from netdae.net import CableNet
 from netdae.signals import Signal, signal_of
@@ -41,20 +43,20 @@ PARALLEL = 1e-12
 """Sine of an angle below which round-off is all that is left of a direction."""
 
 
-@njit(cache=True)
+@compiled
 def slack_of(l: float, L: float) -> float:  # noqa: E741  # the page's letter
     """s = (L̄ − l)₊, m."""
     return max(L - l, 0.0)
 
 
-@njit(cache=True)
+@compiled
 def across_of(dx: float, dy: float, dz: float, ux: float, uy: float, uz: float) -> float:
     """|d × u|."""
     cx, cy, cz = dy * uz - dz * uy, dz * ux - dx * uz, dx * uy - dy * ux
     return np.sqrt(cx * cx + cy * cy + cz * cz)
 
 
-@njit(cache=True)
+@compiled
 def seen_length(dx: float, dy: float, dz: float, L: float, ux: float, uy: float, uz: float) -> float:
     """|d × u| + (π/4) s |u|: length in m that is seen along a unit vector u; it grows with |u|."""
     slack = slack_of(np.sqrt(dx * dx + dy * dy + dz * dz), L)
@@ -62,7 +64,7 @@ def seen_length(dx: float, dy: float, dz: float, L: float, ux: float, uy: float,
     return across_of(dx, dy, dz, ux, uy, uz) + loops
 
 
-@njit(cache=True)
+@compiled
 def seen_slopes(d: FloatArray, L: float, u: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Derivatives (3,) of the seen length by d and by u; zero parts where one of its roots is zero.
 
@@ -95,6 +97,47 @@ def thickness_of(cables: IntArray, cords: Cords, diameter: float | None) -> Floa
     if diameter is None:
         return np.sqrt(4.0 / math.pi * cords.area[cables])
     return np.full(len(cables), diameter)
+
+
+class DragOnBodies(NamedTuple):
+    """Parameters of f = c |w| w with w = s − v on each node; the signal s is the wind, m/s."""
+
+    weight: Reals  # c = ½ ρ C_D A (m,), kg/m
+
+
+@compiled
+def _force(p: DragOnBodies, e: int, s: FloatArray, x: FloatArray, v: FloatArray, f: Shares) -> bool:
+    wx, wy, wz = s[0] - v[0, 0], s[1] - v[0, 1], s[2] - v[0, 2]
+    push = p.weight[e] * np.sqrt(wx * wx + wy * wy + wz * wz)
+    f.external[0, 0], f.external[0, 1], f.external[0, 2] = push * wx, push * wy, push * wz
+    return True
+
+
+@compiled
+def _tangent(
+    p: DragOnBodies, e: int, s: FloatArray, x: FloatArray, v: FloatArray, K: FloatArray, C: FloatArray
+) -> bool:
+    """−c (|w| I + w wᵀ/|w|) by velocity."""
+    w = s - v[0]
+    size = np.sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2])
+    for a in range(3):
+        for b in range(3):
+            C[0, a, 0, b] = -p.weight[e] * (size if a == b else 0.0)
+            if size > 0.0:
+                C[0, a, 0, b] -= p.weight[e] * w[a] * w[b] / size
+    return True
+
+
+# all its power is external: where the air moves, it may drive as well as brake
+BODY_DRAG = Law(
+    DragOnBodies,
+    force=_force,
+    tangent=_tangent,
+    nodes=1,
+    shares=("external",),
+    external=True,
+    newton="nothing",
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,67 +173,5 @@ class BodyDrag:
         nodes = net.nodes_of(self.group)
         nodes = nodes[mass[nodes] > 0]
         weight = 0.5 * self.density * self.drag_coefficient * self.area
-        return DragOnBodies(nodes[:, None], np.full(len(nodes), weight), signal_of(self.wind))
-
-
-@njit(cache=True)
-def body_drag_of(c: float, wx: float, wy: float, wz: float) -> tuple[float, float, float]:
-    """c |w| w."""
-    push = c * np.sqrt(wx * wx + wy * wy + wz * wz)
-    return push * wx, push * wy, push * wz
-
-
-@njit(cache=True)
-def _on_bodies(c: FloatArray, wind: FloatArray, v: FloatArray, f: FloatArray) -> None:
-    for e in range(len(c)):
-        f[e, 0, 0], f[e, 0, 1], f[e, 0, 2] = body_drag_of(
-            c[e], wind[0] - v[e, 0, 0], wind[1] - v[e, 0, 1], wind[2] - v[e, 0, 2]
-        )
-
-
-@dataclass(frozen=True, eq=False)
-class DragOnBodies:
-    """f = c |w| w with w = wind − v on each node.
-
-    nodes : (m, 1); weight : c = ½ ρ C_D A (m,), kg/m; signal : the wind, m/s
-
-    All its power is external: where the air moves, it may drive as well as brake.
-    """
-
-    nodes: IntArray
-    weight: FloatArray
-    signal: Signal
-
-    newton: NewtonPart = "nothing"
-    external: bool = True
-
-    @property
-    def jumps(self) -> tuple[float, ...]:
-        """Jumps of the wind."""
-        return self.signal.jumps
-
-    @property
-    def kinks(self) -> tuple[float, ...]:
-        """Kinks of the wind."""
-        return self.signal.kinks
-
-    def force(self, t: float, x: FloatArray, v: FloatArray) -> FloatArray:
-        """Force on each node, (m, 1, 3), N."""
-        f = np.empty_like(v)
-        _on_bodies(self.weight, self.signal(t), v, f)
-        return f
-
-    def tangent(self, t: float, x: FloatArray, v: FloatArray) -> Tangent:
-        """Zero and −c (|w| I + w wᵀ/|w|)."""
-        w = self.signal(t) - v[:, 0]
-        size = np.linalg.norm(w, axis=1)
-        along = np.divide(w, size[:, None], out=np.zeros_like(w), where=size[:, None] > 0)
-        C = np.zeros((len(w), 1, 3, 1, 3))
-        C[:, 0, :, 0, :] = -(self.weight * size)[:, None, None] * (
-            np.eye(3) + along[:, :, None] * along[:, None, :]
-        )
-        return Tangent.of_all(np.zeros_like(C), C)
-
-    def account(self, t: float, x: FloatArray, v: FloatArray) -> Account:
-        """External power f·v."""
-        return Account(external_power=float(np.vdot(self.force(t, x, v), v)))
+        parameters = DragOnBodies(np.full(len(nodes), weight))
+        return ElementForce(BODY_DRAG, nodes[:, None], parameters, signal_of(self.wind))

@@ -26,76 +26,125 @@ Derivatives. With ∇ by all coordinates of the rings and s,
 and by velocities S,v = τ g′ ∇E11 alone. The tangent is a chain of blocks N_i (I − u_i u_iᵀ)/h_i between neighbours, and
 dyads: with b_i the part of b that segment i has, ∂f = −chain − Σ b_i ⊗ ∇N_i + e_s ⊗ ∇f_s. Without friction all N_i are
 N, and two dyads are left: the Newton matrix takes the chain into its factor and the dyads apart, see `linear_solver`.
+
+In an explicit step friction at rings is taken at the velocity half a step back, as dashpots are. Its damping Σ_j G_j
+C_j C_jᵀ, with G_j = N_j μ φ_j γ/c_j and C_j = ∂c_j/∂ẋ, comes and goes with the tension N: no bound that held always
+would leave a step worth its name. (G_j is the secant, not the slope, in which a ring that is thrown to and fro by too
+long a step would look soft.) Hence a rate that none of its eigenvalues over M passes is watched: a step in which it
+passes the limit for which h is stable ends the run of steps, as one with too large a strain does. C_j has a part on
+ring j itself, and those of different rings do not meet; and one on the others and the drum r. With a_j the share of
+the cord before ring j and the sums over the rings before it and after it, the rate is (√A + √B)² from A = max G_j/m_j
+and the trace
+
+    B = Σ_j G_j ((1 − a_j)² Σ_{i<j} |b_i|²/m_i + a_j² Σ_{i>j} |b_i|²/m_i + (λ σ (θ − a_j))²/m_r)
+
+with |b_i|² = 2 − 2 cos φ_i at most, and 2 at both ends of the cord: where it is closed, both are ring 0, on which C_j
+is (1 − a_j) u_0 + a_j u_{p−1}, the square of which is 2 (1 − a_j)² + 2 a_j² at most.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
+import math
 
 import numpy as np
-from numba import njit
 
 from netdae._arrays import FloatArray, IntArray
-from netdae.errors import RunError
 from netdae.forces.cables import law_of
-from netdae.forces.capstan import share_gradients, sliding_speeds, tension_shares
-from netdae.forces.protocol import Account, LinkedTangent, NewtonPart, Tangent
-from netdae.forces.rings import Cord, Way, add_along, way_through
+from netdae.forces.capstan import share_gradients, sliding_speeds, tension_shares, turn_at
+from netdae.forces.elements import ElementForce
+from netdae.forces.law import Family, Law, Shares, compiled
+from netdae.forces.reel import WOUND_IN
+from netdae.forces.rings import Cord, Way, add_along, way_length, way_through
 
 LEAST = 1e-3
 """Share of L̄₀ under which a cord counts as wound in whole."""
 
 
-@njit(cache=True)
+@compiled
+def _rest(cord: Cord, e: int, x: FloatArray) -> tuple[float, float]:
+    return cord.L + cord.share * x[len(x) - 1, 0], LEAST * cord.L
+
+
+@compiled
+def _length(cord: Cord, x: FloatArray) -> float:
+    """L̄(s), m, not below a share of L̄₀: Newton's iteration tries states that no flight comes to, and turns back."""
+    return max(cord.L + cord.share * x[len(x) - 1, 0], LEAST * cord.L)
+
+
+@compiled
 def _strain_and_rate(way: Way, L: float, share: float, s_rate: float) -> tuple[float, float]:
     """E11 and Ė11."""
     E11 = 0.5 * (way.length * way.length / (L * L) - 1.0)
     return E11, way.length * way.rate / (L * L) - share * (1.0 + 2.0 * E11) * s_rate / L
 
 
-@njit(cache=True)
-def sliding_forces(
-    x: FloatArray, v: FloatArray, L: float, cord: Cord, f: FloatArray, tension: FloatArray
-) -> tuple[float, float, float, float]:
-    """f (k + 1, 3) and N_i (p,); stored energy, dissipated power, N without dashpot and friction, and E11."""
-    k, p = len(x) - 1, len(tension)
-    way = way_through(x, v, p, cord.size)
+@compiled
+def _tensions(
+    cord: Cord, x: FloatArray, v: FloatArray, way: Way, c: FloatArray
+) -> tuple[FloatArray, float, float]:
+    """N_i (p,), g and e; way and the speeds c at rings are those of the state."""
+    k, L = len(x) - 1, _length(cord, x)
     E11, rate = _strain_and_rate(way, L, cord.share, v[k, 0])
-    f[:], tension[:] = 0.0, 0.0
     if E11 < 0.0:
-        return 0.0, 0.0, 0.0, E11
-    c = sliding_speeds(way, L, v[k, 0], cord)
+        return np.zeros(cord.segments), 0.0, 0.0
     nu = tension_shares(way, c, cord)
     g, dg, _, energy = law_of(E11, cord.eps, cord.engineering)
     S = max(g + cord.tau * dg * rate, 0.0)
-    N = cord.EA * S * way.length / L
-    dissipated = (S - g) * rate * cord.EA * L
+    return nu * (cord.EA * S * way.length / L), g, energy
+
+
+@compiled
+def _force(cord: Cord, e: int, s: FloatArray, x: FloatArray, v: FloatArray, f: Shares) -> bool:
+    k, p, L = len(x) - 1, cord.segments, _length(cord, x)
+    way = way_through(x, v, p, cord.size)
+    stretch = way.length / L
+    if stretch < 1.0:
+        return False
+    c = sliding_speeds(way, L, v[k, 0], cord)
+    tension, g, energy = _tensions(cord, x, v, way, c)
+    elastic = cord.EA * g * stretch
     for i in range(p):
-        tension[i] = nu[i] * N
-        if i > 0:
-            dissipated += (tension[i] - tension[i - 1]) * c[i]
+        j = (i + 1) % k
         for a in range(3):
-            f[i, a] += tension[i] * way.u[i, a]
-            f[(i + 1) % k, a] -= tension[i] * way.u[i, a]
-    at_drum = cord.theta * nu[0] + (1.0 - cord.theta) * nu[p - 1]
-    f[k, 0] = cord.share * cord.EA * (S * (1.0 + 2.0 * E11) * at_drum - energy)
-    return cord.EA * L * energy, dissipated, cord.EA * g * way.length / L, E11
+            pull, damper = elastic * way.u[i, a], (tension[i] - elastic) * way.u[i, a]
+            f.conservative[i, a] += pull
+            f.conservative[j, a] -= pull
+            f.dissipative[i, a] += damper
+            f.dissipative[j, a] -= damper
+    at_drum = cord.theta * tension[0] + (1.0 - cord.theta) * tension[p - 1]  # ν_d N, and N = EĀ S λ
+    f.conservative[k, 0] = cord.share * cord.EA * (g * stretch * stretch - energy)
+    f.dissipative[k, 0] = cord.share * stretch * (at_drum - elastic)
+    return True
 
 
-@njit(cache=True)
-def sliding_tangents(
+@compiled
+def _energy(cord: Cord, e: int, x: FloatArray) -> float:
+    L = _length(cord, x)
+    E11 = 0.5 * ((way_length(x, cord.segments, cord.size) / L) ** 2 - 1.0)
+    return cord.EA * L * law_of(E11, cord.eps, cord.engineering)[3]
+
+
+@compiled
+def _measured(cord: Cord, e: int, x: FloatArray) -> tuple[float, float]:
+    stretch = way_length(x, cord.segments, cord.size) / _length(cord, x)
+    E11 = 0.5 * (stretch * stretch - 1.0)
+    elastic = cord.EA * law_of(E11, cord.eps, cord.engineering)[0] * stretch
+    return elastic * elastic, E11
+
+
+@compiled
+def _linked(
+    cord: Cord,
     x: FloatArray,
     v: FloatArray,
-    L: float,
-    cord: Cord,
     chain: FloatArray,
     left: FloatArray,
     by_x: FloatArray,
     by_v: FloatArray,
 ) -> bool:
     """Chain (p, 2, 3, 2, 3) and dyads (r, k + 1, 3), r = 2 or p + 1 with friction; False where the cord is slack."""
-    k, p, last, s_rate = len(x) - 1, len(chain), len(left) - 1, v[len(x) - 1, 0]
+    k, p, last, s_rate = len(x) - 1, cord.segments, len(left) - 1, v[len(x) - 1, 0]
+    L = _length(cord, x)
     way = way_through(x, v, p, cord.size)
     E11, rate = _strain_and_rate(way, L, cord.share, s_rate)
     if E11 < 0.0:
@@ -147,87 +196,97 @@ def sliding_tangents(
     return True
 
 
-@dataclass(frozen=True, eq=False)
-class SlidingCord:
-    """A cord through rings, wound in by a reel: one element of k rings and the reel's node.
+@compiled
+def friction_rate(cord: Cord, x: FloatArray, v: FloatArray, share: FloatArray) -> float:
+    """The rate of the friction at all rings, 1/s; share (k + 1,) is 1/m of rings and drum, zero where they are held."""
+    if cord.friction == 0.0:
+        return 0.0
+    k, p, L = len(x) - 1, cord.segments, _length(cord, x)
+    way = way_through(x, v, p, cord.size)
+    c = sliding_speeds(way, L, v[k, 0], cord)
+    tension = _tensions(cord, x, v, way, c)[0]
+    if tension[0] == 0.0:
+        return 0.0
+    turns, whole = np.zeros(p + 1), 0.0  # |b|²/m
+    for j in range(p + 1):
+        turned = 1.0 - way.u[j - 1] @ way.u[j] if 0 < j < p else 1.0
+        turns[j] = 2.0 * turned * share[j % k]
+        whole += turns[j]
+    before, length, own, others = 0.0, 0.0, 0.0, 0.0
+    for j in range(1, p):
+        before += turns[j - 1]
+        length += way.h[j - 1]
+        a, slip = length / way.length, c[j] / cord.creep_speed
+        slope = max(tension[j - 1], tension[j]) * cord.friction * turn_at(way, j, cord.size)[1]
+        slope /= cord.creep_speed * np.sqrt(1.0 + slip * slip)
+        at_drum = way.length / L * cord.share * (cord.theta - a)
+        response = (1.0 - a) ** 2 * before + a * a * (whole - before - turns[j])
+        others += slope * (response + at_drum * at_drum * share[k])
+        own = max(own, slope * share[j])
+    return (np.sqrt(own) + np.sqrt(others)) ** 2
 
-    nodes : (1, k + 1), rings in their order, then the reel's node
-    cord : its numbers, see `Cord`
-    closed : True where it comes back to ring 0
 
-    Raises RunError where a flight has wound it in whole.
+def _named(nodes: IntArray) -> str:
+    return f"the cord through node {nodes[0]}"
+
+
+def _links(cord: Cord, nodes: IntArray) -> IntArray:
+    """Nodes (p, 2) at the ends of each segment."""
+    rings = nodes[0, :-1]
+    return np.stack((rings, np.roll(rings, -1)), axis=1)[: cord.segments].copy()
+
+
+def _ranks(cord: Cord) -> int:
+    return cord.segments + 1 if cord.friction > 0 else 2
+
+
+def _bound(cord: Cord, nodes: IntArray, strain: float, x: FloatArray) -> list[Family]:
+    """A cord along itself, and its segments across."""
+    L = WOUND_IN * max(cord.L + cord.share * float(x[nodes[0, -1], 0]), LEAST * cord.L)
+    g, dg, _, _ = law_of(strain, cord.eps, cord.engineering)
+    stretch2 = 1 + 2 * strain
+    k = cord.EA / L * np.array([dg * stretch2 + g, cord.tau * dg * stretch2])
+    pull = np.full(nodes.shape, 2.0)
+    if cord.segments < nodes.shape[1] - 1:  # open: the ends have one segment each
+        pull[0, [0, -2]] = 1.0
+    pull[0, -1] = abs(cord.share) * math.sqrt(stretch2)
+    along = Family(nodes, k[:, None, None] * pull * pull.sum(), pull / pull.sum())
+    links = _links(cord, nodes)
+    across = np.array([cord.EA * g * math.sqrt(stretch2) / cord.size, 0.0])
+    return [along, Family(links, np.tile(across[:, None, None], (1, *links.shape)))]
+
+
+SLIDING_CORD = Law(
+    Cord,
+    force=_force,
+    energy=_energy,
+    nodes=0,
+    shares=("conservative", "dissipative"),
+    newton="links",
+    measured=_measured,
+    rest=_rest,
+    named=_named,
+    linked=_linked,
+    links=_links,
+    ranks=_ranks,
+    rate=friction_rate,
+    bound=_bound,
+)
+
+
+def sliding_cord(nodes: IntArray, cord: Cord, *, closed: bool) -> ElementForce:
+    """A cord through k rings: one element, nodes (1, k + 1) in their order and then the reel's node.
+
+    cord : its numbers; closed : True where it comes back to ring 0
     """
+    segments = int(nodes.shape[1]) - (1 if closed else 2)
+    return ElementForce(SLIDING_CORD, nodes, cord._replace(segments=segments))
 
-    nodes: IntArray
-    cord: Cord
-    closed: bool
 
-    newton: NewtonPart = "links"
-    jumps: tuple[float, ...] = ()
-    kinks: tuple[float, ...] = ()
-    external: bool = False
-
-    @property
-    def segment_count(self) -> int:
-        """p, between k rings k if the cord is closed, else k − 1."""
-        return int(self.nodes.shape[1]) - (1 if self.closed else 2)
-
-    @cached_property
-    def links(self) -> IntArray:
-        """Nodes (p, 2) at the ends of each segment."""
-        rings = self.nodes[0, :-1]
-        return np.stack((rings, np.roll(rings, -1)), axis=1)[: self.segment_count].copy()
-
-    def rest_length(self, x: FloatArray) -> float:
-        """L̄(s), m, from x (1, k + 1, 3), not below a share of L̄₀.
-
-        Newton's iteration tries states that no flight comes to: they get a force, so that it may turn back.
-        """
-        return max(self.cord.L + self.cord.share * float(x[0, -1, 0]), LEAST * self.cord.L)
-
-    def tensions(self, t: float, x: FloatArray, v: FloatArray) -> FloatArray:
-        """N_i of each segment, (p,), N, with the shares of friction and dashpot."""
-        return self._at(x, v)[1]
-
-    def force(self, t: float, x: FloatArray, v: FloatArray) -> FloatArray:
-        """Pull on the rings and, along x of the reel node, the force on s, (1, k + 1, 3), N."""
-        return self._at(x, v)[0]
-
-    def account(self, t: float, x: FloatArray, v: FloatArray) -> Account:
-        """U, and the power of dashpot and friction; raises RunError where the cord is wound in whole."""
-        L = self.cord.L + self.cord.share * float(x[0, -1, 0])
-        if not L > LEAST * self.cord.L:
-            raise RunError(
-                f"at t = {t:g} s the cord through node {self.nodes[0, 0]} has the rest length {L:g} m, wound in by the "
-                f"reel at node {self.nodes[0, -1]}: stop the reel before, at a length above zero"
-            )
-        return Account(*self._at(x, v)[2][:2])
-
-    def tangent(self, t: float, x: FloatArray, v: FloatArray) -> Tangent:
-        """∂f/∂x and ∂f/∂v, whole: for checks and products."""
-        k = self.nodes.shape[1] - 1
-        part = self.newton_part(t, x, v)
-        if not len(part.left):
-            return Tangent.none(k + 1)
-        K = np.einsum("ria,rjb->iajb", part.left, part.by_x)
-        C = np.einsum("ria,rjb->iajb", part.left, part.by_v)
-        for i, block in enumerate(part.dx):
-            ends = np.ix_([i, (i + 1) % k], range(3), [i, (i + 1) % k], range(3))
-            K[ends] += block
-        return Tangent(np.zeros(1, dtype=np.int64), K[None], C[None])
-
-    def newton_part(self, t: float, x: FloatArray, v: FloatArray) -> LinkedTangent:
-        """The chain on `links`, and the dyads."""
-        p, k = self.segment_count, self.nodes.shape[1] - 1
-        rank = p + 1 if self.cord.friction > 0 else 2
-        chain, (left, by_x, by_v) = np.empty((p, 2, 3, 2, 3)), np.empty((3, rank, k + 1, 3))
-        if not sliding_tangents(x[0], v[0], self.rest_length(x), self.cord, chain, left, by_x, by_v):
-            return LinkedTangent(chain[:0], chain[:0], left[:0], by_x[:0], by_v[:0])
-        return LinkedTangent(chain, np.zeros_like(chain), left, by_x, by_v)
-
-    def _at(
-        self, x: FloatArray, v: FloatArray
-    ) -> tuple[FloatArray, FloatArray, tuple[float, float, float, float]]:
-        """f, N_i, and what `sliding_forces` tells."""
-        f, tension = np.empty_like(x), np.empty(self.segment_count)
-        return f, tension, sliding_forces(x[0], v[0], self.rest_length(x), self.cord, f[0], tension)
+def tensions_of(force: ElementForce, x: FloatArray, v: FloatArray) -> FloatArray:
+    """N_i of each segment of a cord, (p,), N, with the shares of friction and dashpot, from x and v (1, k + 1, 3)."""
+    cord, drum = force.parameters, float(v[0, -1, 0])
+    way = way_through(x[0], v[0], cord.segments, cord.size)
+    return np.asarray(
+        _tensions(cord, x[0], v[0], way, sliding_speeds(way, _length(cord, x[0]), drum, cord))[0]
+    )

@@ -32,14 +32,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
-import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
 
-from netdae._arrays import FloatArray, IntArray
+from netdae._arrays import FloatArray, Reals
 from netdae.forces.drag import check_positive, seen_length, seen_slopes, thickness_of
-from netdae.forces.protocol import Account, Force, NewtonPart, Tangent
+from netdae.forces.elements import ElementForce
+from netdae.forces.law import Law, Shares, compiled
+from netdae.forces.protocol import Force
 from netdae.material import Cords
 from netdae.net import CableNet
 from netdae.signals import Signal, signal_of
@@ -48,7 +49,14 @@ TYPICAL = 2.2
 """C_D of satellites by Cook 1965."""
 
 
-@njit(cache=True)
+class MolecularDrag(NamedTuple):
+    """Parameters of the free molecular drag of cables, half of it on each end, (m,); the signal is the stream, m/s."""
+
+    L: Reals  # L̄, m
+    weight: Reals  # ¼ ρ C_D D, kg/m²
+
+
+@compiled
 def molecular_drag_of(
     c: float, dx: float, dy: float, dz: float, L: float, wx: float, wy: float, wz: float
 ) -> tuple[float, float, float]:
@@ -57,41 +65,41 @@ def molecular_drag_of(
     return push * wx, push * wy, push * wz
 
 
-@njit(cache=True)
-def _forces(
-    x: FloatArray, v: FloatArray, L: FloatArray, c: FloatArray, stream: FloatArray, f: FloatArray
-) -> None:
-    for e in range(len(L)):
-        dx, dy, dz = x[e, 1, 0] - x[e, 0, 0], x[e, 1, 1] - x[e, 0, 1], x[e, 1, 2] - x[e, 0, 2]
-        for end in range(2):
-            f[e, end, 0], f[e, end, 1], f[e, end, 2] = molecular_drag_of(
-                c[e],
-                *(dx, dy, dz, L[e]),
-                *(stream[0] - v[e, end, 0], stream[1] - v[e, end, 1], stream[2] - v[e, end, 2]),
-            )
+@compiled
+def _force(p: MolecularDrag, e: int, s: FloatArray, x: FloatArray, v: FloatArray, f: Shares) -> bool:
+    dx, dy, dz = x[1, 0] - x[0, 0], x[1, 1] - x[0, 1], x[1, 2] - x[0, 2]
+    for end in range(2):
+        w = s[0] - v[end, 0], s[1] - v[end, 1], s[2] - v[end, 2]
+        push = molecular_drag_of(p.weight[e], dx, dy, dz, p.L[e], w[0], w[1], w[2])
+        f.external[end, 0], f.external[end, 1], f.external[end, 2] = push
+    return True
 
 
-@njit(cache=True)
-def _tangents(
-    x: FloatArray,
-    v: FloatArray,
-    L: FloatArray,
-    c: FloatArray,
-    stream: FloatArray,
-    K: FloatArray,
-    C: FloatArray,
-) -> None:
-    for e in range(len(L)):
-        d = x[e, 1] - x[e, 0]
-        for end in range(2):
-            w = stream - v[e, end]
-            seen = seen_length(d[0], d[1], d[2], L[e], w[0], w[1], w[2])
-            by_d, by_w = seen_slopes(d, L[e], w)
-            for a in range(3):
-                for b in range(3):
-                    K[e, end, a, 1, b] = c[e] * w[a] * by_d[b]
-                    K[e, end, a, 0, b] = -c[e] * w[a] * by_d[b]
-                    C[e, end, a, end, b] = -c[e] * (w[a] * by_w[b] + (seen if a == b else 0.0))
+@compiled
+def _tangent(
+    p: MolecularDrag, e: int, s: FloatArray, x: FloatArray, v: FloatArray, K: FloatArray, C: FloatArray
+) -> bool:
+    d, c = x[1] - x[0], p.weight[e]
+    for end in range(2):
+        w = s - v[end]
+        seen = seen_length(d[0], d[1], d[2], p.L[e], w[0], w[1], w[2])
+        by_d, by_w = seen_slopes(d, p.L[e], w)
+        for a in range(3):
+            for b in range(3):
+                K[end, a, 1, b], K[end, a, 0, b] = c * w[a] * by_d[b], -c * w[a] * by_d[b]
+                C[end, a, end, b] = -c * (w[a] * by_w[b] + (seen if a == b else 0.0))
+    return True
+
+
+# all its power is external: seen from an orbit it drives a net back along the track as well as it brakes it
+MOLECULAR_DRAG = Law(
+    MolecularDrag,
+    force=_force,
+    tangent=_tangent,
+    shares=("external",),
+    external=True,
+    newton="nothing",
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,48 +137,5 @@ class FreeMolecularDrag:
         """Bound to the group's cables; raises InputError for an unknown group."""
         cables = net.cables_of(self.cables)
         weight = 0.25 * self.density * self.drag_coefficient * thickness_of(cables, cords, self.diameter)
-        return MolecularDrag(net.cables[cables], net.rest_length[cables], weight, signal_of(self.stream))
-
-
-@dataclass(frozen=True, eq=False)
-class MolecularDrag:
-    """Free molecular drag of cables, half of it on each end.
-
-    nodes : (m, 2); L : L̄ (m,), m; weight : ¼ ρ C_D D (m,), kg/m²; signal : the stream, m/s
-
-    All its power is external: seen from an orbit it drives a net back along the track as well as it brakes it.
-    """
-
-    nodes: IntArray
-    L: FloatArray
-    weight: FloatArray
-    signal: Signal
-
-    newton: NewtonPart = "nothing"
-    external: bool = True
-
-    @property
-    def jumps(self) -> tuple[float, ...]:
-        """Jumps of the stream."""
-        return self.signal.jumps
-
-    @property
-    def kinks(self) -> tuple[float, ...]:
-        """Kinks of the stream."""
-        return self.signal.kinks
-
-    def force(self, t: float, x: FloatArray, v: FloatArray) -> FloatArray:
-        """Force on the two nodes of each cable, (m, 2, 3), N."""
-        f = np.empty_like(x)
-        _forces(x, v, self.L, self.weight, self.signal(t), f)
-        return f
-
-    def tangent(self, t: float, x: FloatArray, v: FloatArray) -> Tangent:
-        """Derivatives of all cables."""
-        K, C = np.zeros((2, len(self.L), 2, 3, 2, 3))
-        _tangents(x, v, self.L, self.weight, self.signal(t), K, C)
-        return Tangent.of_all(K, C)
-
-    def account(self, t: float, x: FloatArray, v: FloatArray) -> Account:
-        """External power f·v."""
-        return Account(external_power=float(np.vdot(self.force(t, x, v), v)))
+        parameters = MolecularDrag(net.rest_length[cables], weight)
+        return ElementForce(MOLECULAR_DRAG, net.cables[cables], parameters, signal_of(self.stream))

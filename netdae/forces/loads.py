@@ -7,13 +7,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from netdae._arrays import FloatArray, IntArray
-from netdae.forces.protocol import Account, Force, NewtonPart, Tangent
+from netdae._arrays import FloatArray, IntArray, Reals
+from netdae.forces.elements import ElementForce
+from netdae.forces.law import Law, Shares, compiled, no_bound
+from netdae.forces.protocol import Force
 from netdae.material import Cords
 from netdae.net import CableNet
 from netdae.signals import Signal, signal_of
@@ -41,7 +43,7 @@ class NodalLoad:
     def on(self, net: CableNet, cords: Cords, mass: FloatArray) -> Force:
         """Bound to the group's nodes; raises InputError for an unknown group."""
         nodes = net.nodes_of(self.group)
-        return UniformLoad(nodes[:, None], np.ones(len(nodes)), signal_of(self.force))
+        return uniform_load(nodes, np.ones(len(nodes)), signal_of(self.force))
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,38 +54,33 @@ class Gravity:
 
     def on(self, net: CableNet, cords: Cords, mass: FloatArray) -> Force:
         """Bound to all nodes, each with its mass."""
-        return UniformLoad(np.arange(net.node_count)[:, None], mass, signal_of(self.g))
+        return uniform_load(np.arange(net.node_count), mass, signal_of(self.g))
 
 
-@dataclass(frozen=True, eq=False)
-class UniformLoad:
-    """f = weight · signal(t) on each node; nodes (m, 1), weight (m,)."""
+class UniformLoad(NamedTuple):
+    """Parameters of f = weight · s on each node, s the signal."""
 
-    nodes: IntArray
-    weight: FloatArray
-    signal: Signal
+    weight: Reals  # (m,)
 
-    newton: NewtonPart = "nothing"
-    external: bool = True
 
-    @property
-    def jumps(self) -> tuple[float, ...]:
-        """Jumps of the signal."""
-        return self.signal.jumps
+@compiled
+def _force(p: UniformLoad, e: int, s: FloatArray, x: FloatArray, v: FloatArray, f: Shares) -> bool:
+    for c in range(3):
+        f.external[0, c] = p.weight[e] * s[c]
+    return True
 
-    @property
-    def kinks(self) -> tuple[float, ...]:
-        """Kinks of the signal."""
-        return self.signal.kinks
 
-    def force(self, t: float, x: FloatArray, v: FloatArray) -> FloatArray:
-        """Force on each node, (m, 1, 3), N."""
-        return self.weight[:, None, None] * self.signal(t)
+UNIFORM_LOAD = Law(
+    UniformLoad,
+    force=_force,
+    nodes=1,
+    shares=("external",),
+    external=True,
+    newton="nothing",
+    bound=no_bound,
+)
 
-    def tangent(self, t: float, x: FloatArray, v: FloatArray) -> Tangent:
-        """None: a load does not depend on the motion."""
-        return Tangent.none(1)
 
-    def account(self, t: float, x: FloatArray, v: FloatArray) -> Account:
-        """External power p·v."""
-        return Account(external_power=float((self.weight @ v[:, 0]) @ self.signal(t)))
+def uniform_load(nodes: IntArray, weight: FloatArray, signal: Signal) -> ElementForce:
+    """f = weight · signal(t) on each of some nodes (m,); weight (m,)."""
+    return ElementForce(UNIFORM_LOAD, nodes[:, None], UniformLoad(weight), signal)

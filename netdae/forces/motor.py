@@ -12,81 +12,48 @@ matter of the net inside, so no momentum does.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
-from netdae._arrays import FloatArray, IntArray
-from netdae.forces.protocol import Account, NewtonPart, Tangent
+from netdae._arrays import FloatArray, Reals
+from netdae.forces.law import Law, Shares, compiled, no_bound
 
 
-@njit(cache=True)
-def motor_of(
-    rate: float, strength: float, speed: float, width: float, creep_speed: float
-) -> tuple[float, float, float]:
-    """Forces of motor and pawl at ṡ, N, and the derivative of their sum by ṡ."""
-    u, back = (speed - rate) / width, max(-rate / creep_speed, 0.0)
+class Motor(NamedTuple):
+    """Parameters of the motors of reels, with their pawls, (m,)."""
+
+    strength: Reals  # F, N
+    speed: Reals  # v, m/s
+    width: Reals  # v₀, m/s
+    creep_speed: Reals  # v₁, m/s
+
+
+@compiled
+def _force(p: Motor, e: int, s: FloatArray, x: FloatArray, v: FloatArray, f: Shares) -> bool:
+    u, back = (p.speed[e] - v[0, 0]) / p.width[e], max(-v[0, 0] / p.creep_speed[e], 0.0)
+    f.external[0, 0] = p.strength[e] * u / np.sqrt(1.0 + u * u)
+    f.dissipative[0, 0] = p.strength[e] * back * back / (1.0 + back)
+    return True
+
+
+@compiled
+def _tangent(
+    p: Motor, e: int, s: FloatArray, x: FloatArray, v: FloatArray, K: FloatArray, C: FloatArray
+) -> bool:
+    u, back = (p.speed[e] - v[0, 0]) / p.width[e], max(-v[0, 0] / p.creep_speed[e], 0.0)
     w = 1.0 / np.sqrt(1.0 + u * u)
-    slope = w * w * w / width + back * (2.0 + back) / ((1.0 + back) * (1.0 + back)) / creep_speed
-    return strength * u * w, strength * back * back / (1.0 + back), -strength * slope
+    slope = w * w * w / p.width[e] + back * (2.0 + back) / ((1.0 + back) * (1.0 + back)) / p.creep_speed[e]
+    C[0, 0, 0, 0] = -p.strength[e] * slope
+    return True
 
 
-@njit(cache=True)
-def _motors(
-    v: FloatArray,
-    strength: FloatArray,
-    speed: FloatArray,
-    width: FloatArray,
-    creep_speed: FloatArray,
-    parts: FloatArray,
-) -> None:
-    """Motor, pawl and slope of all, into parts (3, m)."""
-    for e in range(len(v)):
-        parts[0, e], parts[1, e], parts[2, e] = motor_of(
-            v[e, 0, 0], strength[e], speed[e], width[e], creep_speed[e]
-        )
-
-
-@dataclass(frozen=True, eq=False)
-class Motor:
-    """Motors of reels, with pawls, k = 1.
-
-    nodes : (m, 1); strength : F (m,), N; speed : v (m,), m/s
-    width : v₀ (m,), m/s; creep_speed : v₁ (m,), m/s
-    """
-
-    nodes: IntArray
-    strength: FloatArray
-    speed: FloatArray
-    width: FloatArray
-    creep_speed: FloatArray
-
-    newton: NewtonPart = "symmetric"
-    jumps: tuple[float, ...] = ()
-    kinks: tuple[float, ...] = ()
-    external: bool = False
-
-    def _parts(self, v: FloatArray) -> FloatArray:
-        """Forces of motor and pawl in N, and the derivative of their sum by ṡ, (3, m)."""
-        parts = np.empty((3, len(v)))
-        _motors(v, self.strength, self.speed, self.width, self.creep_speed, parts)
-        return parts
-
-    def force(self, t: float, x: FloatArray, v: FloatArray) -> FloatArray:
-        """Along x of each reel node, (m, 1, 3), N."""
-        f = np.zeros_like(x)
-        f[:, 0, 0] = self._parts(v)[:2].sum(axis=0)
-        return f
-
-    def tangent(self, t: float, x: FloatArray, v: FloatArray) -> Tangent:
-        """Zero and −F (γ′/v₀ + P′/v₁)."""
-        C = np.zeros((len(v), 1, 3, 1, 3))
-        C[:, 0, 0, 0, 0] = self._parts(v)[2]
-        return Tangent.of_all(np.zeros_like(C), C)
-
-    def account(self, t: float, x: FloatArray, v: FloatArray) -> Account:
-        """The pawl's dissipated power, and the motor's from outside."""
-        motor, pawl, _ = self._parts(v)
-        rate = v[:, 0, 0]
-        return Account(dissipated_power=-float(pawl @ rate), external_power=float(motor @ rate))
+MOTOR = Law(
+    Motor,
+    force=_force,
+    tangent=_tangent,
+    nodes=1,
+    shares=("dissipative", "external"),
+    implicit=True,
+    bound=no_bound,
+)

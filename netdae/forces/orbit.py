@@ -25,28 +25,56 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
-from netdae._arrays import FloatArray, IntArray
+from netdae._arrays import FloatArray, Reals
 from netdae.errors import InputError
-from netdae.forces.protocol import Account, Force, NewtonPart, Tangent
+from netdae.forces.elements import ElementForce
+from netdae.forces.law import Law, Shares, compiled
+from netdae.forces.protocol import Force
 from netdae.material import Cords
 from netdae.net import CableNet
 
 
-@njit(cache=True)
-def orbit_acceleration(n: float, x: float, z: float, vx: float, vy: float) -> tuple[float, float, float]:
-    """(3n² x + 2n ẏ, −2n ẋ, −n² z), m/s²."""
-    return 3.0 * n * n * x + 2.0 * n * vy, -2.0 * n * vx, -n * n * z
+class OrbitForce(NamedTuple):
+    """Parameters of f = m (3n² x + 2n ẏ, −2n ẋ, −n² z) on each node."""
+
+    mass: Reals  # (m,), kg
+    mean_motion: float  # n, rad/s
 
 
-@njit(cache=True)
-def _forces(n: float, mass: FloatArray, x: FloatArray, v: FloatArray, f: FloatArray) -> None:
-    for e in range(len(mass)):
-        ax, ay, az = orbit_acceleration(n, x[e, 0, 0], x[e, 0, 2], v[e, 0, 0], v[e, 0, 1])
-        f[e, 0, 0], f[e, 0, 1], f[e, 0, 2] = mass[e] * ax, mass[e] * ay, mass[e] * az
+@compiled
+def _force(p: OrbitForce, e: int, s: FloatArray, x: FloatArray, v: FloatArray, f: Shares) -> bool:
+    n, m = p.mean_motion, p.mass[e]
+    f.external[0, 0] = m * (3.0 * n * n * x[0, 0] + 2.0 * n * v[0, 1])
+    f.external[0, 1] = -m * 2.0 * n * v[0, 0]
+    f.external[0, 2] = -m * n * n * x[0, 2]
+    return True
+
+
+@compiled
+def _tangent(
+    p: OrbitForce, e: int, s: FloatArray, x: FloatArray, v: FloatArray, K: FloatArray, C: FloatArray
+) -> bool:
+    """m diag(3n², 0, −n²), and the Coriolis term's unsymmetric 2 m n (e_x e_yᵀ − e_y e_xᵀ)."""
+    n, m = p.mean_motion, p.mass[e]
+    K[0, 0, 0, 0], K[0, 2, 0, 2] = 3.0 * n * n * m, -n * n * m
+    C[0, 0, 0, 1], C[0, 1, 0, 0] = 2.0 * n * m, -2.0 * n * m
+    return True
+
+
+# its tangent is of the size n² and n beside c_j² and c_j: nothing for the Newton matrix
+ORBIT = Law(
+    OrbitForce,
+    force=_force,
+    tangent=_tangent,
+    nodes=1,
+    shares=("external",),
+    external=True,
+    newton="nothing",
+)
 
 
 @dataclass(frozen=True)
@@ -70,43 +98,4 @@ class Orbit:
     def on(self, net: CableNet, cords: Cords, mass: FloatArray) -> Force:
         """Bound to all nodes that have a mass."""
         nodes = np.flatnonzero(mass > 0)
-        return OrbitForce(nodes[:, None], np.ascontiguousarray(mass[nodes]), self.mean_motion)
-
-
-@dataclass(frozen=True, eq=False)
-class OrbitForce:
-    """f = m (3n² x + 2n ẏ, −2n ẋ, −n² z) on each node.
-
-    nodes : (m, 1); mass : (m,), kg; mean_motion : n, rad/s
-    newton : the tangent is of the size n² and n beside c_j² and c_j, hence "nothing"
-    """
-
-    nodes: IntArray
-    mass: FloatArray
-    mean_motion: float
-
-    newton: NewtonPart = "nothing"
-    jumps: tuple[float, ...] = ()
-    kinks: tuple[float, ...] = ()
-    external: bool = True
-
-    def force(self, t: float, x: FloatArray, v: FloatArray) -> FloatArray:
-        """Force on each node, (m, 1, 3), N."""
-        f = np.empty_like(x)
-        _forces(self.mean_motion, self.mass, x, v, f)
-        return f
-
-    def tangent(self, t: float, x: FloatArray, v: FloatArray) -> Tangent:
-        """m diag(3n², 0, −n²), and the Coriolis term's unsymmetric 2 m n (e_x e_yᵀ − e_y e_xᵀ)."""
-        n, m = self.mean_motion, self.mass
-        K, C = np.zeros((2, len(m), 1, 3, 1, 3))
-        K[:, 0, 0, 0, 0], K[:, 0, 2, 0, 2] = 3 * n * n * m, -n * n * m
-        C[:, 0, 0, 0, 1], C[:, 0, 1, 0, 0] = 2 * n * m, -2 * n * m
-        return Tangent.of_all(K, C)
-
-    def account(self, t: float, x: FloatArray, v: FloatArray) -> Account:
-        """External power of the tidal part; the Coriolis force does no work."""
-        n, r, u = self.mean_motion, x[:, 0], v[:, 0]
-        return Account(
-            external_power=n * n * float(self.mass @ (3.0 * r[:, 0] * u[:, 0] - r[:, 2] * u[:, 2]))
-        )
+        return ElementForce(ORBIT, nodes[:, None], OrbitForce(mass[nodes], self.mean_motion))

@@ -5,14 +5,13 @@ Symbols: m elements of k nodes each; x, v gathered positions and velocities (m, 
 
 from __future__ import annotations
 
-from typing import Literal, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from netdae._arrays import FloatArray, IntArray
 from netdae.errors import InputError
-
-NewtonPart = Literal["symmetric", "links", "nothing"]
+from netdae.forces.law import NewtonPart
 
 
 class Account(NamedTuple):
@@ -71,6 +70,21 @@ class LinkedTangent(NamedTuple):
     left: FloatArray
     by_x: FloatArray
     by_v: FloatArray
+
+    def whole(self, nodes: IntArray, links: IntArray) -> Tangent:
+        """The same with one full block over the nodes (1, k) of the element: for checks and products."""
+        k = nodes.shape[1]
+        if not len(self.left):
+            return Tangent.none(k)
+        K = np.einsum("ria,rjb->iajb", self.left, self.by_x)
+        C = np.einsum("ria,rjb->iajb", self.left, self.by_v)
+        place = {int(node): i for i, node in enumerate(nodes[0])}
+        for ends, dx, dv in zip(links, self.dx, self.dv, strict=True):
+            at = [place[int(node)] for node in ends]
+            both = np.ix_(at, range(3), at, range(3))
+            K[both] += dx
+            C[both] += dv
+        return Tangent(np.zeros(1, dtype=np.int64), K[None], C[None])
 
 
 class Force(Protocol):

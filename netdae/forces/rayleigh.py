@@ -8,88 +8,75 @@ motion of a flat net undamped; α M takes momentum.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from typing import NamedTuple
 
-import numpy as np
-from numba import njit
-
-from netdae._arrays import FloatArray, IntArray
-from netdae.forces.protocol import Account, NewtonPart, Tangent
+from netdae._arrays import FloatArray, Reals, Reals2
+from netdae.forces.law import Law, Shares, Vector, compiled, no_bound
 
 
-@njit(cache=True)
-def _pulls(viscosity: FloatArray, v: FloatArray, f: FloatArray) -> None:
-    for e in range(len(viscosity)):
-        for a in range(3):
-            pull = 0.0
-            for b in range(3):
-                pull += viscosity[e, a, b] * (v[e, 1, b] - v[e, 0, b])
-            f[e, 0, a], f[e, 1, a] = pull, -pull
+class StiffnessDamping(NamedTuple):
+    """Parameters of f = −β K₀ v, cable by cable."""
+
+    along: Reals2  # a (m, 3), √(β EĀ/L̄) n, of which β (EĀ/L̄) nnᵀ = a aᵀ, (N s/m)^½
 
 
-@dataclass(frozen=True, eq=False)
-class StiffnessDamping:
-    """f = −β K₀ v, cable by cable.
-
-    nodes : (m, 2); viscosity : (m, 3, 3), β (EĀ/L̄) nnᵀ, N s/m
-    """
-
-    nodes: IntArray
-    viscosity: FloatArray
-
-    newton: NewtonPart = "symmetric"
-    jumps: tuple[float, ...] = ()
-    kinks: tuple[float, ...] = ()
-    external: bool = False
-    _tangent: Tangent = field(init=False, repr=False)
-
-    def __post_init__(self) -> None:
-        C = np.empty((len(self.nodes), 2, 3, 2, 3))
-        C[:, 0, :, 1, :] = C[:, 1, :, 0, :] = self.viscosity
-        C[:, 0, :, 0, :] = C[:, 1, :, 1, :] = -self.viscosity
-        object.__setattr__(self, "_tangent", Tangent.of_all(np.zeros_like(C), C))
-
-    def force(self, t: float, x: FloatArray, v: FloatArray) -> FloatArray:
-        """Force on the two nodes of each cable, (m, 2, 3), N."""
-        f = np.empty_like(v)
-        _pulls(self.viscosity, v, f)
-        return f
-
-    def tangent(self, t: float, x: FloatArray, v: FloatArray) -> Tangent:
-        """Zero and −β K₀."""
-        return self._tangent
-
-    def account(self, t: float, x: FloatArray, v: FloatArray) -> Account:
-        """Dissipated power v·β K₀ v."""
-        return Account(dissipated_power=-float(np.vdot(self.force(t, x, v), v)))
+@compiled
+def _along(p: StiffnessDamping, e: int, s: FloatArray, d: Vector, w: Vector, f: Shares) -> bool:
+    rate = p.along[e, 0] * w[0] + p.along[e, 1] * w[1] + p.along[e, 2] * w[2]
+    for a in range(3):
+        f.dissipative[a] = p.along[e, a] * rate
+    return True
 
 
-@dataclass(frozen=True, eq=False)
-class MassDamping:
-    """f = −α M v, node by node.
+@compiled
+def _along_tangent(
+    p: StiffnessDamping, e: int, s: FloatArray, d: Vector, w: Vector, K: FloatArray, C: FloatArray
+) -> bool:
+    for a in range(3):
+        for b in range(3):
+            C[a, b] = p.along[e, a] * p.along[e, b]
+    return True
 
-    nodes : (n, 1); viscosity : (n,), α times the node's mass, N s/m
-    """
 
-    nodes: IntArray
-    viscosity: FloatArray
+class MassDamping(NamedTuple):
+    """Parameters of f = −α M v, node by node; it takes momentum."""
 
-    newton: NewtonPart = "symmetric"
-    jumps: tuple[float, ...] = ()
-    kinks: tuple[float, ...] = ()
-    external: bool = True  # it takes momentum
+    viscosity: Reals  # (m,), α times the node's mass, N s/m
 
-    def force(self, t: float, x: FloatArray, v: FloatArray) -> FloatArray:
-        """Drag on each node, (n, 1, 3), N."""
-        return -self.viscosity[:, None, None] * v
 
-    def tangent(self, t: float, x: FloatArray, v: FloatArray) -> Tangent:
-        """Zero and −α M."""
-        C = np.zeros((len(self.nodes), 1, 3, 1, 3))
-        axes = np.arange(3)
-        C[:, 0, axes, 0, axes] = -self.viscosity[:, None]
-        return Tangent.of_all(np.zeros_like(C), C)
+@compiled
+def _of_mass(p: MassDamping, e: int, s: FloatArray, x: FloatArray, v: FloatArray, f: Shares) -> bool:
+    for a in range(3):
+        f.dissipative[0, a] = -p.viscosity[e] * v[0, a]
+    return True
 
-    def account(self, t: float, x: FloatArray, v: FloatArray) -> Account:
-        """Dissipated power α v·M v."""
-        return Account(dissipated_power=float(np.vdot(self.viscosity[:, None, None] * v, v)))
+
+@compiled
+def _of_mass_tangent(
+    p: MassDamping, e: int, s: FloatArray, x: FloatArray, v: FloatArray, K: FloatArray, C: FloatArray
+) -> bool:
+    for a in range(3):
+        C[0, a, 0, a] = -p.viscosity[e]
+    return True
+
+
+# an explicit step takes both implicitly, see `explicit.rayleigh`: no bound
+STIFFNESS_DAMPING = Law(
+    StiffnessDamping,
+    force=_along,
+    tangent=_along_tangent,
+    pair=True,
+    shares=("dissipative",),
+    steady=True,
+    bound=no_bound,
+)
+MASS_DAMPING = Law(
+    MassDamping,
+    force=_of_mass,
+    tangent=_of_mass_tangent,
+    nodes=1,
+    shares=("dissipative",),
+    external=True,
+    steady=True,
+    bound=no_bound,
+)

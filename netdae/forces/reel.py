@@ -32,28 +32,38 @@ and the same with S,w and S,ṡ alone by velocity. Where S is held at zero, S,�
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
-from netdae._arrays import BoolArray, FloatArray, IntArray
-from netdae.errors import RunError
-from netdae.forces.cables import law_of, strain_of
-from netdae.forces.protocol import Account, NewtonPart, Tangent
+from netdae._arrays import Flags, FloatArray, IntArray, Reals
+from netdae.forces.cables import along_of, law_of, strain_of
+from netdae.forces.law import Family, Law, Shares, compiled
 
+SHORTEST = 1e-3
+"""Share of L̄₀ below which forces take no rest length: Newton's iteration may try states far beyond a stop."""
 
-@njit(cache=True)
-def _rest_lengths(x: FloatArray, L0: FloatArray, share: FloatArray, L: FloatArray) -> float:
-    """L̄(s) into L (m,); the least of them."""
-    least = np.inf
-    for e in range(len(L)):
-        L[e] = L0[e] + share[e] * x[e, 2, 0]
-        least = min(least, L[e])
-    return least
+WOUND_IN = 0.8
+"""Share of its rest length to which a reel may wind in a cable before an explicit step is looked at again."""
 
 
-@njit(cache=True)
+class Reeled(NamedTuple):
+    """Parameters of cables whose rest length moves with a reel: cable end i, cable end j, reel node r; (m,)."""
+
+    L: Reals  # L̄₀, m, where s = 0
+    share: Reals  # σ, of L̄(s) = L̄₀ + σ s
+    EA: Reals  # EĀ, N
+    eps: Reals  # ε
+    engineering: Flags
+    tau: Reals  # τ, s
+
+
+@compiled
+def _rest(p: Reeled, e: int, x: FloatArray) -> tuple[float, float]:
+    return p.L[e] + p.share[e] * x[2, 0], 0.0
+
+
+@compiled
 def _strain_and_rate(x: FloatArray, v: FloatArray, L: float, share: float) -> tuple[float, float]:
     """E11 and Ė11 of one cable from x, v (3, 3) of i, j and r."""
     dx, dy, dz = x[1, 0] - x[0, 0], x[1, 1] - x[0, 1], x[1, 2] - x[0, 2]
@@ -62,169 +72,108 @@ def _strain_and_rate(x: FloatArray, v: FloatArray, L: float, share: float) -> tu
     return E11, (dx * wx + dy * wy + dz * wz) / (L * L) - share * (1.0 + 2.0 * E11) * v[2, 0] / L
 
 
-@njit(cache=True)
-def reeled_forces(
-    x: FloatArray,
-    v: FloatArray,
-    L: FloatArray,
-    share: FloatArray,
-    EA: FloatArray,
-    eps: FloatArray,
-    engineering: BoolArray,
-    tau: FloatArray,
-    f: FloatArray,
-) -> None:
-    """Forces f (m, 3, 3) on i, j and r of each cable, N; L is L̄(s)."""
-    for e in range(len(L)):
-        f[e] = 0.0
-        E11, rate = _strain_and_rate(x[e], v[e], L[e], share[e])
-        if E11 < 0.0:
-            continue
-        g, dg, _, energy = law_of(E11, eps[e], engineering[e])
-        S = max(g + tau[e] * dg * rate, 0.0)
+@compiled
+def _length(p: Reeled, e: int, x: FloatArray) -> float:
+    """L̄(s), above zero."""
+    return max(p.L[e] + p.share[e] * x[2, 0], SHORTEST * p.L[e])
+
+
+@compiled
+def _force(p: Reeled, e: int, s: FloatArray, x: FloatArray, v: FloatArray, f: Shares) -> bool:
+    L = _length(p, e, x)
+    E11, rate = _strain_and_rate(x, v, L, p.share[e])
+    if E11 < 0.0:
+        return False
+    g, dg, _, energy = law_of(E11, p.eps[e], p.engineering[e])
+    damper = max(g + p.tau[e] * dg * rate, 0.0) - g
+    for c in range(3):
+        along = p.EA[e] / L * (x[1, c] - x[0, c])
+        f.conservative[0, c], f.conservative[1, c] = along * g, -along * g
+        f.dissipative[0, c], f.dissipative[1, c] = along * damper, -along * damper
+    pull = p.share[e] * p.EA[e]
+    f.conservative[2, 0] = pull * (g * (1.0 + 2.0 * E11) - energy)
+    f.dissipative[2, 0] = pull * damper * (1.0 + 2.0 * E11)
+    return True
+
+
+@compiled
+def _tangent(
+    p: Reeled, e: int, s: FloatArray, x: FloatArray, v: FloatArray, K: FloatArray, C: FloatArray
+) -> bool:
+    L, sigma, s_dot = _length(p, e, x), p.share[e], v[2, 0]
+    E11, rate = _strain_and_rate(x, v, L, sigma)
+    if E11 < 0.0:
+        return False
+    g, dg, ddg, _ = law_of(E11, p.eps[e], p.engineering[e])
+    stretch2, LL = 1.0 + 2.0 * E11, L * L
+    S, by_E11, by_rate = g + p.tau[e] * dg * rate, dg + p.tau[e] * ddg * rate, p.tau[e] * dg
+    if S < 0.0:
+        S = by_E11 = by_rate = 0.0
+    dw = 0.0
+    for c in range(3):
+        dw += (x[1, c] - x[0, c]) * (v[1, c] - v[0, c])
+    rate_s = (-2.0 * sigma * dw / L + 3.0 * sigma * sigma * s_dot * stretch2) / LL
+    S_s = -by_E11 * sigma * stretch2 / L + by_rate * rate_s
+    S_sdot = -by_rate * sigma * stretch2 / L
+    q, c = p.EA[e] * S / L, p.EA[e] / L
+    for b in range(3):
+        db, wb = x[1, b] - x[0, b], v[1, b] - v[0, b]
+        S_d = by_E11 * db / LL + by_rate * (wb - 2.0 * sigma * s_dot * db / L) / LL
+        S_w = by_rate * db / LL
         for a in range(3):
-            pull = EA[e] * S / L[e] * (x[e, 1, a] - x[e, 0, a])
-            f[e, 0, a], f[e, 1, a] = pull, -pull
-        f[e, 2, 0] = share[e] * EA[e] * (S * (1.0 + 2.0 * E11) - energy)
+            da = x[1, a] - x[0, a]
+            stiffness = c * da * S_d + (q if a == b else 0.0)
+            viscosity = c * da * S_w
+            K[0, a, 1, b] = K[1, a, 0, b] = stiffness
+            K[0, a, 0, b] = K[1, a, 1, b] = -stiffness
+            C[0, a, 1, b] = C[1, a, 0, b] = viscosity
+            C[0, a, 0, b] = C[1, a, 1, b] = -viscosity
+        reel_d = sigma * p.EA[e] * (stretch2 * S_d + (2.0 * S - g) * db / LL)
+        reel_w = sigma * p.EA[e] * stretch2 * S_w
+        K[2, 0, 1, b], K[2, 0, 0, b] = reel_d, -reel_d
+        C[2, 0, 1, b], C[2, 0, 0, b] = reel_w, -reel_w
+        pull_s, pull_sdot = c * (S_s - sigma * S / L) * db, c * S_sdot * db
+        K[0, b, 2, 0], K[1, b, 2, 0] = pull_s, -pull_s
+        C[0, b, 2, 0], C[1, b, 2, 0] = pull_sdot, -pull_sdot
+    K[2, 0, 2, 0] = sigma * p.EA[e] * stretch2 * (S_s - sigma * (2.0 * S - g) / L)
+    C[2, 0, 2, 0] = sigma * p.EA[e] * stretch2 * S_sdot
+    return True
 
 
-@njit(cache=True)
-def reeled_tangents(
-    x: FloatArray,
-    v: FloatArray,
-    taut: IntArray,
-    L: FloatArray,
-    share: FloatArray,
-    EA: FloatArray,
-    eps: FloatArray,
-    engineering: BoolArray,
-    tau: FloatArray,
-    K: FloatArray,
-    C: FloatArray,
-) -> None:
-    """∂f/∂x and ∂f/∂v of the cables `taut` (a,) into K and C, (a, 3, 3, 3, 3)."""
-    K[:], C[:] = 0.0, 0.0
-    for k in range(len(taut)):
-        e = taut[k]
-        d, w, s_dot = x[e, 1] - x[e, 0], v[e, 1] - v[e, 0], v[e, 2, 0]
-        E11, rate = _strain_and_rate(x[e], v[e], L[e], share[e])
-        g, dg, ddg, _ = law_of(E11, eps[e], engineering[e])
-        stretch2, sigma, LL = 1.0 + 2.0 * E11, share[e], L[e] * L[e]
-        S, by_E11, by_rate = g + tau[e] * dg * rate, dg + tau[e] * ddg * rate, tau[e] * dg
-        if S < 0.0:
-            S = by_E11 = by_rate = 0.0
-        dw = d[0] * w[0] + d[1] * w[1] + d[2] * w[2]
-        rate_s = (-2.0 * sigma * dw / L[e] + 3.0 * sigma * sigma * s_dot * stretch2) / LL
-        S_s = -by_E11 * sigma * stretch2 / L[e] + by_rate * rate_s
-        S_sdot = -by_rate * sigma * stretch2 / L[e]
-        q, c = EA[e] * S / L[e], EA[e] / L[e]
-        for b in range(3):
-            S_d = by_E11 * d[b] / LL + by_rate * (w[b] - 2.0 * sigma * s_dot * d[b] / L[e]) / LL
-            S_w = by_rate * d[b] / LL
-            for a in range(3):
-                stiffness = c * d[a] * S_d + (q if a == b else 0.0)
-                viscosity = c * d[a] * S_w
-                K[k, 0, a, 1, b], K[k, 0, a, 0, b] = stiffness, -stiffness
-                K[k, 1, a, 1, b], K[k, 1, a, 0, b] = -stiffness, stiffness
-                C[k, 0, a, 1, b], C[k, 0, a, 0, b] = viscosity, -viscosity
-                C[k, 1, a, 1, b], C[k, 1, a, 0, b] = -viscosity, viscosity
-            reel_d = sigma * EA[e] * (stretch2 * S_d + (2.0 * S - g) * d[b] / LL)
-            reel_w = sigma * EA[e] * stretch2 * S_w
-            K[k, 2, 0, 1, b], K[k, 2, 0, 0, b] = reel_d, -reel_d
-            C[k, 2, 0, 1, b], C[k, 2, 0, 0, b] = reel_w, -reel_w
-            pull_s, pull_sdot = c * (S_s - sigma * S / L[e]) * d[b], c * S_sdot * d[b]
-            K[k, 0, b, 2, 0], K[k, 1, b, 2, 0] = pull_s, -pull_s
-            C[k, 0, b, 2, 0], C[k, 1, b, 2, 0] = pull_sdot, -pull_sdot
-        K[k, 2, 0, 2, 0] = sigma * EA[e] * stretch2 * (S_s - sigma * (2.0 * S - g) / L[e])
-        C[k, 2, 0, 2, 0] = sigma * EA[e] * stretch2 * S_sdot
+@compiled
+def _energy(p: Reeled, e: int, x: FloatArray) -> float:
+    L = _length(p, e, x)
+    E11 = strain_of(x[1, 0] - x[0, 0], x[1, 1] - x[0, 1], x[1, 2] - x[0, 2], L)
+    return p.EA[e] * L * law_of(E11, p.eps[e], p.engineering[e])[3]
 
 
-@njit(cache=True)
-def reeled_powers(
-    x: FloatArray,
-    v: FloatArray,
-    L: FloatArray,
-    share: FloatArray,
-    EA: FloatArray,
-    eps: FloatArray,
-    engineering: BoolArray,
-    tau: FloatArray,
-) -> tuple[float, float]:
-    """U of all cables and the power that their dashpots take, EĀ L̄ (S − g) Ė11."""
-    stored = dissipated = 0.0
-    for e in range(len(L)):
-        E11, rate = _strain_and_rate(x[e], v[e], L[e], share[e])
-        if E11 < 0.0:
-            continue
-        g, dg, _, energy = law_of(E11, eps[e], engineering[e])
-        stored += EA[e] * L[e] * energy
-        dissipated += (max(g + tau[e] * dg * rate, 0.0) - g) * rate * EA[e] * L[e]
-    return stored, dissipated
+@compiled
+def _measured(p: Reeled, e: int, x: FloatArray) -> tuple[float, float]:
+    E11 = strain_of(x[1, 0] - x[0, 0], x[1, 1] - x[0, 1], x[1, 2] - x[0, 2], _length(p, e, x))
+    elastic = p.EA[e] * law_of(E11, p.eps[e], p.engineering[e])[0]
+    return elastic * elastic * (1.0 + 2.0 * E11), E11
 
 
-SHORTEST = 1e-3
-"""Share of L̄₀ below which forces take no rest length; `account`, asked of steps that count, refuses one below zero."""
+def _named(nodes: IntArray) -> str:
+    return f"the cable between nodes {nodes[0]} and {nodes[1]}"
 
 
-@dataclass(frozen=True, eq=False)
-class Reeled:
-    """Cables whose rest length moves with a reel, k = 3: cable end i, cable end j, reel node r.
+def _bound(p: Reeled, nodes: IntArray, strain: float, x: FloatArray) -> list[Family]:
+    L = WOUND_IN * (p.L + p.share * x[nodes[:, 2], 0])
+    of_cable = along_of(L, p.EA, p.eps, p.engineering, p.tau, strain)
+    on_drum = p.share**2 * (1 + 2 * strain) * of_cable
+    return [Family(nodes, np.stack((of_cable, of_cable, on_drum), axis=-1))]
 
-    nodes : (m, 3); L : L̄₀ (m,), m, where s = 0; share : σ (m,), of L̄(s) = L̄₀ + σ s
-    EA : EĀ (m,), N; eps : ε (m,); engineering : (m,); tau : τ (m,), s
 
-    Raises RunError where a rest length has come to zero.
-    """
-
-    nodes: IntArray
-    L: FloatArray
-    share: FloatArray
-    EA: FloatArray
-    eps: FloatArray
-    engineering: BoolArray
-    tau: FloatArray
-
-    newton: NewtonPart = "symmetric"
-    jumps: tuple[float, ...] = ()
-    kinks: tuple[float, ...] = ()
-    external: bool = False
-
-    def rest_length(self, t: float, x: FloatArray) -> FloatArray:
-        """L̄(s) (m,), m, from x (m, 3, 3); raises RunError where it is not above zero."""
-        L = np.empty(len(x))
-        if not _rest_lengths(x, self.L, self.share, L) > 0.0:
-            e = int(np.argmin(L))
-            i, j, r = self.nodes[e]
-            raise RunError(
-                f"at t = {t:g} s the cable between nodes {i} and {j} has the rest length {L[e]:g} m, wound in by the "
-                f"reel at node {r}: stop the reel before, at a length above zero"
-            )
-        return L
-
-    def _tried(self, x: FloatArray) -> FloatArray:
-        """L̄(s) (m,), m; above zero also where a trial of Newton's iteration lies far beyond a stop."""
-        L = np.empty(len(x))
-        _rest_lengths(x, self.L, self.share, L)
-        return np.maximum(L, SHORTEST * self.L)
-
-    def force(self, t: float, x: FloatArray, v: FloatArray) -> FloatArray:
-        """Pull on both ends and, along x of the reel node, the force on s, (m, 3, 3), N."""
-        f = np.empty_like(x)
-        reeled_forces(x, v, self._tried(x), *self._cords, f)
-        return f
-
-    def tangent(self, t: float, x: FloatArray, v: FloatArray) -> Tangent:
-        """∂f/∂x and ∂f/∂v of the taut cables."""
-        L = self._tried(x)
-        taut = np.flatnonzero(np.sum((x[:, 1] - x[:, 0]) ** 2, axis=1) >= L * L)
-        K, C = np.empty((2, len(taut), 3, 3, 3, 3))
-        reeled_tangents(x, v, taut, L, *self._cords, K, C)
-        return Tangent(taut, K, C)
-
-    def account(self, t: float, x: FloatArray, v: FloatArray) -> Account:
-        """U, and the dashpot's power EĀ L̄ (S − g) Ė11."""
-        return Account(*reeled_powers(x, v, self.rest_length(t, x), *self._cords))
-
-    @property
-    def _cords(self) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray, FloatArray]:
-        return self.share, self.EA, self.eps, self.engineering, self.tau
+REELED = Law(
+    Reeled,
+    force=_force,
+    tangent=_tangent,
+    energy=_energy,
+    nodes=3,
+    shares=("conservative", "dissipative"),
+    measured=_measured,
+    rest=_rest,
+    named=_named,
+    bound=_bound,
+)

@@ -48,10 +48,10 @@ class Rings:
 
 
 class Cord(NamedTuple):
-    """Numbers of one cord, as the kernels take them.
+    """Parameters of one cord.
 
     L : L̄₀, m; share : σ; EA : EĀ, N; eps : ε; engineering : law; tau : τ, s
-    size : η, m; friction : μ; creep_speed : v₀, m/s; theta : θ
+    size : η, m; friction : μ; creep_speed : v₀, m/s; theta : θ; segments : p
     """
 
     L: float
@@ -64,6 +64,7 @@ class Cord(NamedTuple):
     friction: float
     creep_speed: float
     theta: float
+    segments: int = 0
 
 
 class Way(NamedTuple):
@@ -99,6 +100,17 @@ def way_through(x: FloatArray, v: FloatArray, p: int, size: float) -> Way:
         length += h[i]
         rate += h_rate[i]
     return Way(u, h, h_rate, length, rate)
+
+
+@njit(cache=True)
+def way_length(x: FloatArray, p: int, size: float) -> float:
+    """l, m."""
+    k, length = len(x) - 1, 0.0
+    for i in range(p):
+        j = (i + 1) % k
+        dx, dy, dz = x[j, 0] - x[i, 0], x[j, 1] - x[i, 1], x[j, 2] - x[i, 2]
+        length += np.sqrt(size * size + dx * dx + dy * dy + dz * dz)
+    return length
 
 
 @njit(cache=True)

@@ -23,19 +23,21 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
 
-from netdae._arrays import FloatArray, IntArray, frozen_floats
+from netdae._arrays import FloatArray, Reals
 from netdae.errors import InputError
 from netdae.forces.drag import check_positive, seen_length, seen_slopes, thickness_of
-from netdae.forces.loads import UniformLoad
-from netdae.forces.protocol import Account, Force, NewtonPart, Tangent
+from netdae.forces.elements import ElementForce
+from netdae.forces.law import Law, Shares, compiled
+from netdae.forces.loads import UNIFORM_LOAD, uniform_load
+from netdae.forces.protocol import Force
 from netdae.material import Cords
 from netdae.net import CableNet
-from netdae.signals import Constant, Function, Signal, signal_of
+from netdae.signals import Constant, Function, Line, Signal, line_of, signal_of
 
 TYPICAL = 1.3
 """C_R between black and dull white."""
@@ -82,6 +84,11 @@ class Light:
         size = float(np.linalg.norm(sun))
         return -sun / size if size > 0 else np.zeros(3)
 
+    def line(self, begin: float, end: float) -> Line | None:
+        """Of a Sun that stands still: between rows of a table a vector of length one is no line."""
+        sun = line_of(self.sun, begin, end)
+        return None if sun is None or sun[1].any() else (self(begin), np.zeros(3))
+
     def covers(self, begin: float, end: float) -> bool:
         """Whether the Sun's direction is known from `begin` to `end`."""
         return self.sun.covers(begin, end)
@@ -94,11 +101,62 @@ def _light_of(sun: Signal | ArrayLike | Callable[[float], ArrayLike]) -> Light:
     return Light(signal)
 
 
+class LightOnCables(NamedTuple):
+    """Parameters of the pressure of light on cables, half of it on each end, (m,).
+
+    The signal is the unit vector along the light, or zero.
+    """
+
+    L: Reals  # L̄, m
+    weight: Reals  # ½ p C_R D, N/m
+
+
+@compiled
+def light_push_of(
+    c: float, dx: float, dy: float, dz: float, L: float, sx: float, sy: float, sz: float
+) -> tuple[float, float, float]:
+    """Force in N on one end of a cable; c = ½ p C_R D, N/m; s of length one, or zero in shadow."""
+    push = c * seen_length(dx, dy, dz, L, sx, sy, sz)
+    return push * sx, push * sy, push * sz
+
+
+@compiled
+def _force(p: LightOnCables, e: int, s: FloatArray, x: FloatArray, v: FloatArray, f: Shares) -> bool:
+    dx, dy, dz = x[1, 0] - x[0, 0], x[1, 1] - x[0, 1], x[1, 2] - x[0, 2]
+    push = light_push_of(p.weight[e], dx, dy, dz, p.L[e], s[0], s[1], s[2])
+    for end in range(2):
+        f.external[end, 0], f.external[end, 1], f.external[end, 2] = push
+    return True
+
+
+@compiled
+def _tangent(
+    p: LightOnCables, e: int, s: FloatArray, x: FloatArray, v: FloatArray, K: FloatArray, C: FloatArray
+) -> bool:
+    by_d, _ = seen_slopes(x[1] - x[0], p.L[e], s)
+    for end in range(2):
+        for a in range(3):
+            for b in range(3):
+                K[end, a, 1, b] = p.weight[e] * s[a] * by_d[b]
+                K[end, a, 0, b] = -p.weight[e] * s[a] * by_d[b]
+    return True
+
+
+LIGHT = Law(
+    LightOnCables,
+    force=_force,
+    tangent=_tangent,
+    shares=("external",),
+    external=True,
+    newton="nothing",
+)
+
+
 def is_light(force: Force) -> bool:
     """Whether a force is the pressure of sunlight, on cords or on bodies: other loads on nodes have no `Light`."""
-    return isinstance(force, LightOnCables) or (
-        isinstance(force, UniformLoad) and isinstance(force.signal, Light)
-    )
+    if not isinstance(force, ElementForce):
+        return False
+    return force.law is LIGHT or (force.law is UNIFORM_LOAD and isinstance(force.signal, Light))
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,7 +188,8 @@ class SolarPressure:
         """Bound to the group's cables; raises InputError for an unknown group."""
         cables = net.cables_of(self.cables)
         weight = 0.5 * self.pressure * self.coefficient * thickness_of(cables, cords, self.diameter)
-        return LightOnCables(net.cables[cables], net.rest_length[cables], weight, _light_of(self.sun))
+        parameters = LightOnCables(net.rest_length[cables], weight)
+        return ElementForce(LIGHT, net.cables[cables], parameters, _light_of(self.sun))
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,75 +220,4 @@ class BodySolarPressure:
         nodes = net.nodes_of(self.group)
         nodes = nodes[mass[nodes] > 0]
         weight = np.full(len(nodes), self.pressure * self.coefficient * self.area)
-        return UniformLoad(nodes[:, None], frozen_floats(weight), _light_of(self.sun))
-
-
-@njit(cache=True)
-def light_push_of(
-    c: float, dx: float, dy: float, dz: float, L: float, sx: float, sy: float, sz: float
-) -> tuple[float, float, float]:
-    """Force in N on one end of a cable; c = ½ p C_R D, N/m; s of length one, or zero in shadow."""
-    push = c * seen_length(dx, dy, dz, L, sx, sy, sz)
-    return push * sx, push * sy, push * sz
-
-
-@njit(cache=True)
-def _forces(x: FloatArray, L: FloatArray, c: FloatArray, s: FloatArray, f: FloatArray) -> None:
-    for e in range(len(L)):
-        dx, dy, dz = x[e, 1, 0] - x[e, 0, 0], x[e, 1, 1] - x[e, 0, 1], x[e, 1, 2] - x[e, 0, 2]
-        fx, fy, fz = light_push_of(c[e], dx, dy, dz, L[e], s[0], s[1], s[2])
-        for end in range(2):
-            f[e, end, 0], f[e, end, 1], f[e, end, 2] = fx, fy, fz
-
-
-@njit(cache=True)
-def _tangents(x: FloatArray, L: FloatArray, c: FloatArray, s: FloatArray, K: FloatArray) -> None:
-    for e in range(len(L)):
-        by_d, _ = seen_slopes(x[e, 1] - x[e, 0], L[e], s)
-        for end in range(2):
-            for a in range(3):
-                for b in range(3):
-                    K[e, end, a, 1, b] = c[e] * s[a] * by_d[b]
-                    K[e, end, a, 0, b] = -c[e] * s[a] * by_d[b]
-
-
-@dataclass(frozen=True, eq=False)
-class LightOnCables:
-    """Pressure of light on cables, half of it on each end.
-
-    nodes : (m, 2); L : L̄ (m,), m; weight : ½ p C_R D (m,), N/m; signal : unit vector along the light, or zero
-    """
-
-    nodes: IntArray
-    L: FloatArray
-    weight: FloatArray
-    signal: Signal
-
-    newton: NewtonPart = "nothing"
-    external: bool = True
-
-    @property
-    def jumps(self) -> tuple[float, ...]:
-        """Jumps of the light."""
-        return self.signal.jumps
-
-    @property
-    def kinks(self) -> tuple[float, ...]:
-        """Kinks of the light."""
-        return self.signal.kinks
-
-    def force(self, t: float, x: FloatArray, v: FloatArray) -> FloatArray:
-        """Force on the two nodes of each cable, (m, 2, 3), N."""
-        f = np.empty_like(x)
-        _forces(x, self.L, self.weight, self.signal(t), f)
-        return f
-
-    def tangent(self, t: float, x: FloatArray, v: FloatArray) -> Tangent:
-        """∂f/∂x of all cables; light does not depend on v."""
-        K, C = np.zeros((2, len(self.L), 2, 3, 2, 3))
-        _tangents(x, self.L, self.weight, self.signal(t), K)
-        return Tangent.of_all(K, C)
-
-    def account(self, t: float, x: FloatArray, v: FloatArray) -> Account:
-        """External power f·v."""
-        return Account(external_power=float(np.vdot(self.force(t, x, v), v)))
+        return uniform_load(nodes, weight, _light_of(self.sun))

@@ -8,11 +8,12 @@ import numpy as np
 from numba import carray, cfunc, njit, types
 
 from netdae._arrays import FloatArray
-from netdae.ida.addresses import address_of, call, floats, ints
-from netdae.ida.asking import ask_held, asks_held
+from netdae.addresses import address_of, call, floats, ints
+from netdae.forces.table import Rows, set_time
 from netdae.ida.kernel import OPTIONS, Net, residual
-from netdae.ida.layout import matrix_of, net_of, record_at
-from netdae.ida.matrix import assemble, factor, solve
+from netdae.ida.layout import chunk_of, dyads_of, matrix_of, net_of, record_at
+from netdae.ida.newton import assemble, factor, solve
+from netdae.records import load
 
 _NEWTON_ITERATIONS = 4  # IDA's own limit
 _GO_ON, _NOT_CONVERGED = 901, 902  # SUN_NLS_CONTINUE, SUN_NLS_CONV_RECVR
@@ -28,14 +29,14 @@ def data_of(vector: int, size: int) -> Any:
 @njit(**OPTIONS)
 def put_asked_axes(t: float, predicted: FloatArray, net: Net, e: FloatArray) -> None:
     """Let the correction bring axes that are asked for to their place at once, so that r₁ and r₂ vanish there."""
-    if not asks_held(net.further):
+    if not net.asks_held:
         return
-    ask_held(net.further, t)
-    held, n3 = net.held, 3 * len(net.mass)
-    for c in range(len(held.entry)):
-        k = held.entry[c]
-        e[k] = held.place[c] + held.speed[c] * (t - held.since) - predicted[k]
-        e[n3 + k] = held.speed[c] - predicted[n3 + k]
+    set_time(load(net.rows, Rows), t)
+    n3 = 3 * len(net.mass)
+    for c in range(len(net.entry)):
+        k = net.entry[c]
+        e[k] = net.place[c] + net.speed[c] * (t - net.since[0]) - predicted[k]
+        e[n3 + k] = net.speed[c] - predicted[n3 + k]
 
 
 _V, _D, _I = types.voidptr, types.float64, types.int32
@@ -52,8 +53,9 @@ def on_jacobian(t, cj, y, yp, F, J, user, one, two, three):  # type: ignore[no-u
     """IDALsJacFn: K made and factored, J itself left alone."""
     u = record_at(address_of(user))
     net, matrix = net_of(u), matrix_of(u)
-    assemble(t, data_of(address_of(y), 6 * u.n), cj, net, matrix)
-    u.singular = factor(cj, net, matrix)
+    u.singular = assemble(t, data_of(address_of(y), 6 * u.n), cj, net, matrix)
+    if u.singular == -1:
+        u.singular = factor(cj, net, matrix, dyads_of(u))
     u.cj = cj
     u.setups += 1
     return 0 if u.singular == -1 else -1
@@ -101,18 +103,18 @@ def on_newton(solver, start, correction, weights, tolerance, wants_setup, memory
     """
     here = address_of(solver)
     u = record_at(ints(here, 1)[0])
-    data, reals = ints(u.system, 8), floats(u.system, 8)
-    at = u.system
+    chunk = chunk_of(u)
+    at = chunk.system.ctypes.data
+    data, reals = ints(at, 8), floats(at, 8)
     call(u.system_data, (u.memory, at, at + 8, at + 16, at + 24, at + 32, at + 40, at + 48, at + 56))
     t, cj, size = reals[0], reals[6], 6 * u.n
     predicted, slope = data_of(data[1], size), data_of(data[2], size)
     y, yp, F = data_of(data[3], size), data_of(data[4], size), data_of(data[5], size)
-    e, z = data_of(address_of(correction), size), floats(u.z, size)
-    net, matrix = net_of(u), matrix_of(u)
+    e, z = data_of(address_of(correction), size), chunk.z
+    net, matrix, dyads = net_of(u), matrix_of(u), dyads_of(u)
     setup, fresh, iteration = wants_setup != 0, False, 0
     e[:] = 0.0
-    if net.further != 0:
-        put_asked_axes(t, predicted, net, e)
+    put_asked_axes(t, predicted, net, e)
     while True:
         for k in range(size):
             y[k] = predicted[k] + e[k]
@@ -127,7 +129,7 @@ def on_newton(solver, start, correction, weights, tolerance, wants_setup, memory
             if code != 0:
                 return code
             setup, fresh = False, True
-        solve(F, u.cj, cj, net, matrix, z)
+        solve(F, u.cj, cj, net, matrix, dyads, z)
         u.solves += 1
         for k in range(size):
             e[k] -= z[k]
@@ -145,8 +147,7 @@ def on_newton(solver, start, correction, weights, tolerance, wants_setup, memory
             return _NOT_CONVERGED
         setup, iteration = True, 0
         e[:] = 0.0
-        if net.further != 0:
-            put_asked_axes(t, predicted, net, e)
+        put_asked_axes(t, predicted, net, e)
 
 
 @cfunc(_I(_V, _V, _V), **OPTIONS)

@@ -1,4 +1,4 @@
-"""A chunk of IDA's steps without Python: the loop around IDASolve, which keeps states and books of each step."""
+"""A chunk of IDA's steps without Python: the loop around IDASolve, which keeps states, powers and work of each step."""
 
 from __future__ import annotations
 
@@ -7,24 +7,24 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from netdae.ida.addresses import call, floats, ints
-from netdae.ida.asking import asking_failed
-from netdae.ida.books import RATES, between, middle, rates
+from netdae.addresses import call, ints
+from netdae.forces.table import Rows, rests
 from netdae.ida.failures import STANDS_STILL, STUCK, WOUND_IN
-from netdae.ida.further_calls import wound_in_whole
-from netdae.ida.kernel import OPTIONS
-from netdae.ida.layout import RECORD, net_of, record_at
+from netdae.ida.kernel import OPTIONS, RATES, between, middle, rates
+from netdae.ida.layout import RECORD, chunk_of, net_of, record_at
+from netdae.records import load
 
 _ONE_STEP = 2  # IDA_ONE_STEP
+_ENDED = 2  # what `rests` tells
 _ERRORS_FAILED = RECORD.fields["errors_failed"][1]  # type: ignore[index]
 
 
 @njit(nogil=True, **OPTIONS)
-def begin_books(address: int, row: int) -> float:
-    """The rates with which the books go on from a row of the chunk; the largest tension there, N."""
+def begin_rates(address: int, row: int) -> float:
+    """The rates with which the sums go on from a row of the chunk; the largest tension there, N."""
     u = record_at(address)
-    t, y = floats(u.times, row + 1)[row], floats(u.states, (row + 1, 6 * u.n))[row]
-    return rates(t, y, net_of(u), floats(u.rates, RATES))
+    chunk = chunk_of(u)
+    return rates(chunk.times[row], chunk.states[row], net_of(u), chunk.rates)
 
 
 @njit(nogil=True, **OPTIONS)
@@ -32,56 +32,47 @@ def fly(address: int, row: int, count: int, stop: float, span: float) -> int:
     """Up to `count` steps from the state in `row`, not beyond `stop` and no more than `span` seconds; IDA's last code.
 
     A step in which a cord is wound in whole does not count; it stands in the row after `made`.
-    The chunk's rows 0 to `made` are then times, states (x, v), slopes (ẋ, v̇), books from its begin on, and tensions.
+    The chunk's rows 0 to `made` are then times, states (x, v), slopes (ẋ, v̇), sums from its begin on, and tensions.
     """
     u = record_at(address)
-    size, net = 6 * u.n, net_of(u)
-    times, states, slopes = (
-        floats(u.times, count + 1),
-        floats(u.states, (count + 1, size)),
-        floats(u.slopes, (count + 1, size)),
-    )
-    books, tensions, now = (
-        floats(u.books, (count + 1, RATES)),
-        floats(u.tensions, count + 1),
-        floats(u.rates, RATES),
-    )
-    half, mid, clock = floats(u.middle_rates, RATES), floats(u.middle, size), floats(u.clock, 1)
+    size, net, chunk = 6 * u.n, net_of(u), chunk_of(u)
+    rows = load(net.rows, Rows)
+    times, states, slopes, sums, now = chunk.times, chunk.states, chunk.slopes, chunk.sums, chunk.rates
     if row > 0:
-        last, slope = floats(u.states, (row + 1, size))[row], floats(u.slopes, (row + 1, size))[row]
         for q in range(size):
-            states[0, q], slopes[0, q] = last[q], slope[q]
-        times[0] = floats(u.times, row + 1)[row]
+            states[0, q], slopes[0, q] = states[row, q], slopes[row, q]
+        times[0] = times[row]
     for q in range(RATES):
-        books[0, q] = 0.0
+        sums[0, q] = 0.0
     then = np.empty(RATES)
     code, made = 0, 0
     while made < count and times[made] < stop and times[made] - times[0] < span:
         k, t = made, times[made]
         y = states[k + 1]
-        ints(ints(u.y, 1)[0], 2)[1] = u.states + 8 * size * (k + 1)
-        ints(ints(u.yp, 1)[0], 2)[1] = u.slopes + 8 * size * (k + 1)
-        code = call(u.ida_solve, (u.memory, stop, u.clock, u.y, u.yp, np.int32(_ONE_STEP)))
+        ints(ints(u.y, 1)[0], 2)[1] = y.ctypes.data
+        ints(ints(u.yp, 1)[0], 2)[1] = slopes[k + 1].ctypes.data
+        code = call(u.ida_solve, (u.memory, stop, chunk.clock.ctypes.data, u.y, u.yp, np.int32(_ONE_STEP)))
         if code < 0:
             break
-        times[made + 1] = clock[0]
-        if net.further != 0 and wound_in_whole(net.further, y):
+        at = chunk.clock[0]
+        times[made + 1] = at
+        if rests(rows, y[: size // 2]) == _ENDED:
             code = WOUND_IN
             break
         made += 1
-        h = clock[0] - t
+        h = at - t
         for q in range(RATES):
             then[q] = now[q]
-        tensions[made] = rates(clock[0], y, net, now)
+        chunk.tensions[made] = rates(at, y, net, now)
         if h > 0.0:
-            middle(h, states[k], y, mid)
-            rates(t + 0.5 * h, mid, net, half)
+            middle(h, states[k], y, chunk.middle)
+            rates(t + 0.5 * h, chunk.middle, net, chunk.middle_rates)
         for q in range(RATES):
-            books[made, q] = books[k, q] + h / 6.0 * (then[q] + 4.0 * half[q] + now[q])
-        if net.further != 0 and asking_failed(net.further):
+            sums[made, q] = sums[k, q] + h / 6.0 * (then[q] + 4.0 * chunk.middle_rates[q] + now[q])
+        if rows.curved[1] != 0:  # Python has failed
             made -= 1
             break
-        u.stuck = u.stuck + 1 if h <= 8.9e-16 * abs(clock[0]) else 0
+        u.stuck = u.stuck + 1 if h <= 8.9e-16 * abs(at) else 0
         if u.stuck > STUCK:
             code = STANDS_STILL
             break
@@ -92,18 +83,13 @@ def fly(address: int, row: int, count: int, stop: float, span: float) -> int:
 
 @njit(nogil=True, **OPTIONS)
 def inside(address: int, row: int, t: float, out: Any, share: Any) -> None:
-    """x, v, a at t in the step that begins at `row` into out (9n,), the books since the chunk began into share (8,)."""
+    """x, v, a at t in the step that begins at `row` into out (9n,), the sums since the chunk began into share (8,)."""
     u = record_at(address)
-    size, net = 6 * u.n, net_of(u)
-    times, states, slopes = (
-        floats(u.times, row + 2),
-        floats(u.states, (row + 2, size)),
-        floats(u.slopes, (row + 2, size)),
-    )
-    books, mid = floats(u.books, (row + 2, RATES)), np.empty(size)
+    size, net, chunk = 6 * u.n, net_of(u), chunk_of(u)
+    times, states, slopes, mid = chunk.times, chunk.states, chunk.slopes, np.empty(size)
     h = times[row + 1] - times[row]
     for q in range(RATES):
-        share[q] = books[row, q]
+        share[q] = chunk.sums[row, q]
     s = (t - times[row]) / h if h > 0.0 else 0.0
     between(h if h > 0.0 else 1.0, s, states[row], slopes[row], states[row + 1], slopes[row + 1], out)
     part = t - times[row]

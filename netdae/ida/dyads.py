@@ -1,23 +1,42 @@
 """The dyads of cords through rings in the compiled Newton matrix, by Woodbury's formula; symbols as in `linear_solver`.
 
-The p of a dyad are zero but on the cord's own nodes, which are always members of the factored part of A: so is Z.
+The p of a dyad are zero but on the cord's own nodes, which are members of the factored part of A where the cord is
+taut: so is Z.
 """
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from numba import njit
 
-from netdae._arrays import FloatArray, IntArray
-from netdae.ida.further import Dyads, dyads_at, strings_at, tangents_at
-from netdae.kernels.cables import FAST
-from netdae.kernels.strings import Strings
+from netdae._arrays import FloatArray, IntArray, Reals, Reals2, Wholes
+from netdae.forces.law import OPTIONS as LAWS_OPTIONS
+from netdae.forces.loops import Elements
+from netdae.records import load
 
-OPTIONS = {"cache": True, "fastmath": FAST, "error_model": "numpy"}
+OPTIONS = {"cache": True, **LAWS_OPTIONS}
+
+
+class Dyads(NamedTuple):
+    """Dyads of the forces with links that act, at the last setup.
+
+    A dyad d of an element of k nodes has its vectors in rows d k to (d + 1) k of its left, by_x and by_v, (3,) a node.
+    """
+
+    elements: Wholes  # (c,), addresses of the forces' Elements
+    owner: Wholes  # (r,), address of the Elements that a dyad is of
+    first: Wholes  # (r,), where its vectors begin
+    number: Wholes  # (1,), r now
+    Z: Reals2  # (3n, r), A⁻¹ P
+    W: Reals2  # (r, r), I − Qᵀ Z, factored
+    swaps: Wholes  # (r,), of its rows
+    amounts: Reals  # (r,)
 
 
 @njit(**OPTIONS)
 def factor_dyads(
-    address: int,
+    dyads: Dyads,
     cj: float,
     free: FloatArray,
     members: IntArray,
@@ -30,12 +49,11 @@ def factor_dyads(
 
     Of the tangents by_x becomes q_T + c_j q_D, and left is zeroed on restrained axes.
     """
-    strings, tangents, dyads = strings_at(address), tangents_at(address), dyads_at(address)
     count, Z, W = 0, dyads.Z, dyads.W
-    for s in range(len(strings.L)):
-        nodes = strings.begin[s + 1] - strings.begin[s]
-        for d in range(tangents.rank[s]):
-            dyads.cord[count], dyads.row[count] = s, tangents.begin[s] + d * nodes
+    for c in range(len(dyads.elements)):
+        el = load(dyads.elements[c], Elements)
+        for d in range(el.rank[0]):
+            dyads.owner[count], dyads.first[count] = dyads.elements[c], 3 * d * el.nodes.shape[1]
             count += 1
     dyads.number[0] = count
     if count == 0:
@@ -45,26 +63,24 @@ def factor_dyads(
             for d in range(count):
                 Z[3 * i + c, d] = 0.0
     for d in range(count):
-        s, row = dyads.cord[d], dyads.row[d]
-        at, end = strings.begin[s], strings.begin[s + 1]
-        for q in range(at, end):
-            k, r = strings.entry[q], row + q - at
+        el, at = load(dyads.owner[d], Elements), dyads.first[d]
+        for a in range(el.nodes.shape[1]):
+            i, q = el.nodes[0, a], at + 3 * a
             for c in range(3):
-                tangents.by_x[r, c] += cj * tangents.by_v[r, c]
+                el.by_x[q + c] += cj * el.by_v[q + c]
                 if len(free):
-                    tangents.left[r, c] *= free[k + c]
-                Z[k + c, d] = tangents.left[r, c]
+                    el.left[q + c] *= free[i + c]
+                Z[i + c, d] = el.left[q + c]
     _solve_many(members, L_start, L_row, L, pivots, Z, count)
     for d in range(count):
-        s, row = dyads.cord[d], dyads.row[d]
-        at, end = strings.begin[s], strings.begin[s + 1]
+        el, at = load(dyads.owner[d], Elements), dyads.first[d]
         for e in range(count):
             W[d, e] = 1.0 if d == e else 0.0
-        for q in range(at, end):
-            k, r = strings.entry[q], row + q - at
-            q0, q1, q2 = tangents.by_x[r, 0], tangents.by_x[r, 1], tangents.by_x[r, 2]
+        for a in range(el.nodes.shape[1]):
+            i, q = el.nodes[0, a], at + 3 * a
+            q0, q1, q2 = el.by_x[q], el.by_x[q + 1], el.by_x[q + 2]
             for e in range(count):
-                W[d, e] -= q0 * Z[k, e] + q1 * Z[k + 1, e] + q2 * Z[k + 2, e]
+                W[d, e] -= q0 * Z[i, e] + q1 * Z[i + 1, e] + q2 * Z[i + 2, e]
     return _factor(W, dyads.swaps, count)
 
 
@@ -105,35 +121,33 @@ def _solve_many(
 
 
 @njit(**OPTIONS)
-def _along(rows: FloatArray, d: int, dyads: Dyads, strings: Strings, y: FloatArray) -> float:
-    """The vector of the dyad d in `rows` times y (3n,)."""
-    s, total = dyads.cord[d], 0.0
-    at, row = strings.begin[s], dyads.row[d]
-    for q in range(at, strings.begin[s + 1]):
-        k, r = strings.entry[q], row + q - at
-        total += rows[r, 0] * y[k] + rows[r, 1] * y[k + 1] + rows[r, 2] * y[k + 2]
+def _along(vectors: FloatArray, at: int, nodes: IntArray, y: FloatArray) -> float:
+    """One dyad's vector times y (3n,)."""
+    total = 0.0
+    for a in range(nodes.shape[1]):
+        i, q = nodes[0, a], at + 3 * a
+        total += vectors[q] * y[i] + vectors[q + 1] * y[i + 1] + vectors[q + 2] * y[i + 2]
     return total
 
 
 @njit(**OPTIONS)
-def take_dyad_products(address: int, r1: FloatArray, right: FloatArray) -> None:
+def add_dyad_products(dyads: Dyads, r1: FloatArray, right: FloatArray) -> None:
     """right (3n,) gains that part of D r₁ that the blocks leave out: it loses Σ p (q_D · r₁)."""
-    strings, tangents, dyads = strings_at(address), tangents_at(address), dyads_at(address)
     for d in range(dyads.number[0]):
-        amount = _along(tangents.by_v, d, dyads, strings, r1)
-        s, row = dyads.cord[d], dyads.row[d]
-        for q in range(strings.begin[s], strings.begin[s + 1]):
+        el, at = load(dyads.owner[d], Elements), dyads.first[d]
+        amount = _along(el.by_v, at, el.nodes, r1)
+        for a in range(el.nodes.shape[1]):
             for c in range(3):
-                right[strings.entry[q] + c] -= amount * tangents.left[row + q - strings.begin[s], c]
+                right[el.nodes[0, a] + c] -= amount * el.left[at + 3 * a + c]
 
 
 @njit(**OPTIONS)
-def complete(address: int, members: IntArray, y: FloatArray) -> None:
+def complete(dyads: Dyads, members: IntArray, y: FloatArray) -> None:
     """y = A⁻¹ b (3n,) becomes K⁻¹ b."""
-    strings, tangents, dyads = strings_at(address), tangents_at(address), dyads_at(address)
     count = dyads.number[0]
     for d in range(count):
-        dyads.amounts[d] = _along(tangents.by_x, d, dyads, strings, y)
+        el = load(dyads.owner[d], Elements)
+        dyads.amounts[d] = _along(el.by_x, dyads.first[d], el.nodes, y)
     if count == 0:
         return
     _substitute(dyads.W, dyads.swaps, dyads.amounts, count)

@@ -1,11 +1,8 @@
-"""The residual for the compiled driver of IDA, as plain loops; see `ida.matrix` for its Newton matrix.
+"""The residual for the compiled driver of IDA, and what the energy balance gains per second.
 
-Symbols as in `stepper`: F₁ = ẋ − v and F₂ = M v̇ − f. Arrays are flat,
-y = (x, v) (6n,) with node i at 3i; cables e from i to j with d = xⱼ − xᵢ, w = vⱼ − vᵢ.
-
-It knows cables of all laws with their dashpot, Rayleigh damping, loads and restrained axes that are linear in time. All
-that may act beside stands in a record of its own, see `ida.further`: nets without it pay one comparison.
-Such axes are predicted exactly, so that r₁ and r₂ vanish on them but for round-off: their coupling is left out of K.
+Symbols as in `stepper`: F₁ = ẋ − v and F₂ = M v̇ − f. Arrays are flat, y = (x, v) (6n,) with node i at 3i. Forces are
+those of the table. Restrained axes that are linear in time are predicted exactly, others are put in their place by
+Newton's correction, so that r₁ and r₂ vanish on them but for round-off: their coupling is left out of K.
 """
 
 from __future__ import annotations
@@ -15,94 +12,61 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from netdae._arrays import BoolArray, FloatArray, IntArray
-from netdae.forces.cables import law_of
-from netdae.ida.further_calls import add_further_forces
-from netdae.kernels.cables import FAST, Cords, Dashpots, Drags, add_pulls, drag, find_near
+from netdae._arrays import Flags, FloatArray, Reals, Wholes
+from netdae.forces.law import OPTIONS as LAWS_OPTIONS
+from netdae.forces.loops import DISSIPATED, FORCE, STRAIN, TENSION
+from netdae.forces.table import Rows, add_forces, add_rates, set_time, sift
+from netdae.records import load
 
-OPTIONS = {"cache": True, "fastmath": FAST, "error_model": "numpy"}
+OPTIONS = {"cache": True, **LAWS_OPTIONS}
 
-
-class Push(NamedTuple):
-    """Loads, linear in time: start + rate (t − since); (3n,) or none where empty."""
-
-    start: FloatArray  # N
-    rate: FloatArray  # N/s
-    since: float  # s
-
-
-class Held(NamedTuple):
-    """Restrained axes, linear in time: place + speed (t − since)."""
-
-    entry: IntArray  # (c,), entries of x
-    place: FloatArray  # (c,), m
-    speed: FloatArray  # (c,), m/s
-    gain: FloatArray  # (c,), m/s², of those that are asked for, see `ida.asked`
-    since: float  # s
-
-
-class Near(NamedTuple):
-    """Cables that may be taut while no coordinate is farther than `reach` from where it was at `x`.
-
-    Two nodes then part by no more than 2√3 `reach`. `cables[:number[0]]` are they, in their order.
-    """
-
-    cables: IntArray  # (m,)
-    number: IntArray  # (1,)
-    x: FloatArray  # (3n,), m
-    reach: float  # m
+RATES = 8
+"""Dissipated power, external power, force (3,), torque (3,): what is summed over steps."""
 
 
 class Net(NamedTuple):
-    """What moves and what acts on it."""
+    """What moves, and what acts on it.
 
-    mass: FloatArray  # (n,), kg
-    in_space: BoolArray  # (n,), False on drums, which have neither momentum nor place
-    cords: Cords
-    drags: Drags
-    push: Push
-    held: Held
-    near: Near
-    dashpots: Dashpots
-    f: FloatArray  # (3n,), N, room to work in
-    further: int  # address of the record of all that acts else, see `ida.further`, or 0
+    Restrained axes are at place + speed (t − since). Elements that may act are those of the table while no coordinate
+    is farther than `reach` from where it was at near_x: two nodes then part by no more than 2√3 `reach`.
+    """
 
-
-@njit(**OPTIONS)
-def parts_of(cords: Cords, e: int, excess: float, rate: float) -> tuple[float, float]:
-    """The elastic and the viscous part of q, N/m, of a cable with l² − L̄² = excess ≥ 0 and d·w = rate."""
-    if cords.plain:
-        return cords.half[e] * excess, cords.viscous[e] * rate
-    g, dg, _, _ = law_of(0.5 * excess / cords.L2[e], cords.eps[e], cords.engineering[e])
-    return g * cords.EA[e] / np.sqrt(cords.L2[e]), cords.viscous[e] * dg * rate
+    rows: int  # address of the table's
+    mass: Reals  # (n,), kg
+    in_space: Flags  # (n,), False on drums, which have neither momentum nor place
+    entry: Wholes  # (c,), restrained entries of x
+    place: Reals  # (c,), m
+    speed: Reals  # (c,), m/s
+    gain: Reals  # (c,), m/s²
+    since: Reals  # (1,), s
+    asks_held: bool  # whether Python puts them in their place
+    near_x: Reals  # (3n,), m
+    reach: float  # m
+    f: Reals  # (3n,), N, room to work in
+    sums: Reals  # (11,), room, see `forces.loops`
 
 
 @njit(**OPTIONS)
-def look(x: FloatArray, cords: Cords, near: Near) -> int:
-    """Find the near cables anew if the net has moved too far; how many they are."""
+def look(x: FloatArray, net: Net, rows: Rows) -> None:
+    """Find the elements that may act anew if the net has moved too far."""
     far = 0
     for k in range(len(x)):
-        far += not abs(x[k] - near.x[k]) <= near.reach  # counts not-a-number
+        far += not abs(x[k] - net.near_x[k]) <= net.reach  # counts not-a-number
     if far > 0:
         for k in range(len(x)):
-            near.x[k] = x[k]
-        near.number[0] = find_near(x, cords, 2.0 * np.sqrt(3.0) * near.reach, near.cables)
-    return near.number[0]
+            net.near_x[k] = x[k]
+        sift(rows, x, 2.0 * np.sqrt(3.0) * net.reach)
 
 
 @njit(**OPTIONS)
 def forces(t: float, x: FloatArray, v: FloatArray, net: Net) -> None:
     """All forces into net.f."""
-    f, push = net.f, net.push
-    if len(net.drags.ends) > 0 or len(net.drags.alpha) > 0:
-        drag(v, net.drags, f)
-    else:
-        f[:] = 0.0
-    add_pulls(x, v, net.cords, net.near.cables, look(x, net.cords, net.near), f, net.dashpots)
-    for k in range(len(push.start)):
-        f[k] += push.start[k] + push.rate[k] * (t - push.since)
-    if net.further != 0:
-        add_further_forces(net.further, t, x, v, f)
+    rows = load(net.rows, Rows)
+    for k in range(len(net.f)):
+        net.f[k] = 0.0
+    set_time(rows, t)
+    look(x, net, rows)
+    add_forces(rows, x, v, v, net.f, 0, 0, net.sums)
 
 
 @njit(**OPTIONS)
@@ -118,11 +82,10 @@ def residual(t: float, y: FloatArray, yp: FloatArray, net: Net, F: FloatArray) -
         for c in range(3):
             k = 3 * i + c
             F2[k] = net.mass[i] * dv[k] - net.f[k]
-    held = net.held
-    for c in range(len(held.entry)):
-        k = held.entry[c]
-        F1[k] = x[k] - (held.place[c] + held.speed[c] * (t - held.since))
-        F2[k] = v[k] - held.speed[c]
+    for c in range(len(net.entry)):
+        k = net.entry[c]
+        F1[k] = x[k] - (net.place[c] + net.speed[c] * (t - net.since[0]))
+        F2[k] = v[k] - net.speed[c]
     total = 0.0
     for k in range(2 * n3):
         total += F[k]
@@ -132,3 +95,65 @@ def residual(t: float, y: FloatArray, yp: FloatArray, net: Net, F: FloatArray) -
         if not np.isfinite(F[k]):
             return k
     return -1  # a sum of finite numbers may overflow
+
+
+@njit(**OPTIONS)
+def rates(t: float, y: FloatArray, net: Net, out: FloatArray) -> float:
+    """Powers and wrench from outside at y, into out (8,); the largest tension, N."""
+    n3 = 3 * len(net.mass)
+    x, v, sums = y[:n3], y[n3:], net.sums
+    rows = load(net.rows, Rows)
+    sums[:] = 0.0
+    sums[STRAIN] = -np.inf
+    set_time(rows, t)
+    look(x, net, rows)
+    add_rates(rows, x, v, sums, 0)
+    for q in range(RATES):
+        out[q] = sums[DISSIPATED + q]
+    peak = np.sqrt(sums[TENSION])
+    if len(net.entry) > 0:
+        forces(t, x, v, net)
+        for c in range(len(net.entry)):
+            k = net.entry[c]
+            reaction = net.mass[k // 3] * net.gain[c] - net.f[k]
+            out[1] += reaction * net.speed[c]
+            if net.in_space[k // 3]:
+                add_wrench(x, k, reaction, out)
+    return peak
+
+
+@njit(**OPTIONS)
+def add_wrench(x: FloatArray, k: int, force: float, out: FloatArray) -> None:
+    """The force along entry k of x, and its moment about the origin, to out[2:8]."""
+    c = k % 3
+    node = k - c
+    after, before = (c + 1) % 3, (c + 2) % 3
+    out[FORCE - DISSIPATED + c] += force
+    out[5 + after] += x[node + before] * force
+    out[5 + before] -= x[node + after] * force
+
+
+@njit(**OPTIONS)
+def middle(h: float, y0: FloatArray, y1: FloatArray, y: FloatArray) -> None:
+    """The Hermite midpoint of a step of length h, see `ledger`, into y."""
+    n3 = len(y) // 2
+    for k in range(n3):
+        x0, x1, v0, v1 = y0[k], y1[k], y0[n3 + k], y1[n3 + k]
+        y[k] = 0.5 * (x0 + x1) + 0.125 * h * (v0 - v1)
+        y[n3 + k] = 1.5 / h * (x1 - x0) - 0.25 * (v0 + v1)
+
+
+@njit(**OPTIONS)
+def between(
+    h: float, s: float, y0: FloatArray, p0: FloatArray, y1: FloatArray, p1: FloatArray, out: FloatArray
+) -> None:
+    """x, v and a at the share s of a step of length h into out (9n,): cubics through x with v and through v with a."""
+    n3 = len(y0) // 2
+    r = 1.0 - s
+    w0, w1, d0, d1 = r * r * (1 + 2 * s), s * s * (3 - 2 * s), h * s * r * r, -h * s * s * r
+    slope, b0, b1 = 6 * s * r / h, r * (1 - 3 * s), s * (3 * s - 2)
+    for k in range(n3):
+        v0, v1, a0, a1 = y0[n3 + k], y1[n3 + k], p0[n3 + k], p1[n3 + k]
+        out[k] = w0 * y0[k] + w1 * y1[k] + d0 * v0 + d1 * v1
+        out[n3 + k] = w0 * v0 + w1 * v1 + d0 * a0 + d1 * a1
+        out[2 * n3 + k] = slope * (v1 - v0) + b0 * a0 + b1 * a1

@@ -49,7 +49,7 @@ class IdaMemory:
     def __init__(self, library: Sundials, record: IdaRecord, options: SolverOptions) -> None:
         self._library = library
         self._address = address = record.address
-        y, yp, z = record.arrays["states"][0], record.arrays["slopes"][0], record.arrays["z"]
+        y, yp, z = record.chunk.states[0], record.chunk.slopes[0], record.chunk.z
         self._data = y.ctypes.data, yp.ctypes.data
         call = library.call
         self._context = library.context()

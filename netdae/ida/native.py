@@ -1,4 +1,4 @@
-"""IDA with compiled callbacks, for all forces that netdae has; Python is asked for what a user adds, see `ida.asked`.
+"""IDA with compiled callbacks, for all forces of the table; those written in Python are callbacks in it.
 
 `stepper.IdaSolver` goes through scikit-sundae and so through Python three times per Newton iteration; this one hangs
 compiled functions into the same library and makes whole chunks of steps without Python. It solves the same equations
@@ -13,21 +13,23 @@ import logging
 import weakref
 from collections import Counter, defaultdict
 from collections.abc import Mapping
+from functools import cache
 from time import perf_counter
-from typing import ClassVar
+from typing import Any, ClassVar, cast
 
 import numpy as np
 
 from netdae._arrays import FloatArray
 from netdae.errors import RunError
+from netdae.forces.elements import ElementForce
 from netdae.ida import chunk as ida_chunk
-from netdae.ida.books import RATES
 from netdae.ida.failures import WOUND_IN, failure_of, not_finite, reason_of
-from netdae.ida.further_record import others_of
-from netdae.ida.matrix import SINGULAR_DYADS
+from netdae.ida.kernel import RATES
 from netdae.ida.memory import IdaMemory
+from netdae.ida.newton import SINGULAR_DYADS
 from netdae.ida.record import IdaRecord
 from netdae.ida.sundials import Unavailable, sundials
+from netdae.ida.trial import check_agreement
 from netdae.options import SolverOptions
 from netdae.restraints import Drive
 from netdae.stepper import Share, Step, Stepper
@@ -53,19 +55,35 @@ CHUNK_MEMORY = 16e6  # bytes that a chunk's states take at most
 
 def ida_stepper(system: System, drive: Drive, options: SolverOptions) -> Stepper:
     """The compiled driver where it knows all that acts and the library is there, else `ida.stepper.IdaSolver`."""
-    if options.products == "frozen" and knows(system):
+    note = ""
+    if options.products == "frozen":  # else asked for, to check the other one
         try:
+            check_knows(system)
+            _check_library()
             return NativeIda(system, drive, options)
         except Unavailable as reason:
-            logger.info("IDA is driven from Python, which is slower: %s", reason)
+            note = f"IDA was driven from Python, which takes 3 to 17 times as long: {reason}"
+            logger.info(note)
+    return cast(Stepper, _python_driver()(system, drive, options, note=note))
+
+
+@cache
+def _check_library() -> None:
+    """Raise Unavailable where the compiled driver is not to be trusted with the library that is there."""
+    check_agreement(NativeIda, lambda *flight: _python_driver()(*flight))
+
+
+def _python_driver() -> Any:
     from netdae.ida.stepper import IdaSolver  # scikit-sundae is slow to load
 
-    return IdaSolver(system, drive, options)
+    return IdaSolver
 
 
-def knows(system: System) -> bool:
-    """Whether the compiled driver takes all forces of a system: all but a user's own with links."""
-    return not any(force.newton == "links" for force in others_of(system))
+def check_knows(system: System) -> None:
+    """Raise Unavailable for a force that the compiled driver does not take: one with links, written in Python."""
+    for force in system.forces:
+        if force.newton == "links" and not isinstance(force, ElementForce):
+            raise Unavailable(f"{type(force).__name__} has links and is written in Python: write it as a Law")
 
 
 class NativeIda:
@@ -81,6 +99,7 @@ class NativeIda:
         "starts",
     )
     driver = "compiled"
+    note = ""
 
     def __init__(self, system: System, drive: Drive, options: SolverOptions) -> None:
         library = sundials()
@@ -89,7 +108,7 @@ class NativeIda:
         self._size = 6 * system.net.node_count
         self._rows = int(max(1, min(CHUNK, CHUNK_MEMORY / (16 * self._size))))
         self._record = IdaRecord(system, drive, options, self._rows)
-        self._arrays = self._record.arrays
+        self._chunk = self._record.chunk
         self._memory = IdaMemory(library, self._record, options)
         weakref.finalize(self, self._memory.free)
         self._row = 0
@@ -104,10 +123,10 @@ class NativeIda:
 
     def enter(self, phase: System, t: float, y: FloatArray, yp: FloatArray) -> None:
         """Start afresh at t in `phase` from y = (x, v) and yp = (v, a), both (2, n, 3) and consistent."""
-        arrays = self._arrays
+        chunk = self._chunk
         self._row, self._t = 0, t
-        arrays["times"][0] = arrays["clock"][0] = t
-        arrays["states"][0], arrays["slopes"][0] = y.ravel(), yp.ravel()
+        chunk.times[0] = chunk.clock[0] = t
+        chunk.states[0], chunk.slopes[0] = y.ravel(), yp.ravel()
         self._record.set(stuck=0)
         self._memory.start(t)
         self._failed_before = self._record["errors_failed"]
@@ -117,7 +136,7 @@ class NativeIda:
     def go_on(self, part: System) -> None:
         """Go on in the part of the phase that begins here, in which loads and motions are linear in time."""
         self._record.go_on(part, self._t)
-        ida_chunk.begin_books(self._record.address, self._row)
+        ida_chunk.begin_rates(self._record.address, self._row)
 
     def step(self, stop: float) -> list[Step]:
         """A chunk of internal steps towards `stop`: its end, and before it those around a new largest tension."""
@@ -130,8 +149,8 @@ class NativeIda:
         made = self._row = int(self._record["made"])
         self._count_up()
         self.counts["steps"] += made
-        self._t = float(self._arrays["times"][made])
-        error = self._record.error
+        self._t = float(self._chunk.times[made])
+        error = self._record.table.error
         if error is not None or code < 0:
             self._failed = error or self._error(code, made)
             if made == 0 or not isinstance(self._failed, Exception):
@@ -142,7 +161,7 @@ class NativeIda:
 
     def _tell(self, made: int) -> list[Step]:
         """The end of a chunk, and before it a new largest tension with both its neighbours: it may last one step."""
-        tensions = self._arrays["tensions"]
+        tensions = self._chunk.tensions
         best = int(tensions[1 : made + 1].argmax()) + 1
         self._told = [0]
         if tensions[best] > self._peak:
@@ -151,9 +170,9 @@ class NativeIda:
         self._told.append(made)
         return [
             Step(
-                float(self._arrays["times"][row]),
+                float(self._chunk.times[row]),
                 *self._row_of(row),
-                self._share_up_to(self._arrays["books"][row], k),
+                self._share_up_to(self._chunk.sums[row], k),
             )
             for k, row in enumerate(self._told)
             if row > 0
@@ -162,20 +181,18 @@ class NativeIda:
     def _share_up_to(self, books: FloatArray, k: int, row: int | None = None) -> Share:
         """What the books gain from the step that was told before `told[k]` on, with the largest tension up to `row`."""
         first = self._told[k - 1]
-        gained = books - self._arrays["books"][first]
-        peak = self._arrays["tensions"][first + 1 : (self._told[k] if row is None else row) + 1].max(
-            initial=0.0
-        )
+        gained = books - self._chunk.sums[first]
+        peak = self._chunk.tensions[first + 1 : (self._told[k] if row is None else row) + 1].max(initial=0.0)
         return Share(float(gained[0]), float(gained[1]), gained[2:5], float(peak), gained[5:8])
 
     def output(self, t: float) -> Step:
         """The state inside the last chunk, by cubics from step to step."""
         begin = perf_counter()
-        times = self._arrays["times"][: self._row + 1]
+        times = self._chunk.times[: self._row + 1]
         row = min(max(int(np.searchsorted(times, t, side="right")) - 1, 0), self._row - 1)
         out, books = np.empty(3 * self._size // 2), np.empty(RATES)
         ida_chunk.inside(self._record.address, row, t, out, books)
-        if (error := self._record.error) is not None:
+        if (error := self._record.table.error) is not None:
             raise error
         whole = out.reshape(3, -1, 3)
         k = max(1, int(np.searchsorted(times[self._told], t)))
@@ -193,8 +210,8 @@ class NativeIda:
         """(x, v) and (v, a), (2, n, 3), of a row of the chunk: two views of one copy."""
         whole = np.empty((3, self._size // 6, 3))
         flat = whole.reshape(-1)
-        flat[: self._size] = self._arrays["states"][row]
-        flat[self._size :] = self._arrays["slopes"][row][self._size // 2 :]
+        flat[: self._size] = self._chunk.states[row]
+        flat[self._size :] = self._chunk.slopes[row][self._size // 2 :]
         return whole[:2], whole[1:]
 
     def _count_up(self) -> None:
@@ -207,7 +224,7 @@ class NativeIda:
 
     def _error(self, code: int, made: int) -> RunError:
         if code == WOUND_IN:
-            t, (x, v) = float(self._arrays["times"][made + 1]), self._row_of(made + 1)[0]
+            t, (x, v) = float(self._chunk.times[made + 1]), self._row_of(made + 1)[0]
             try:
                 self._system.account(t, x, v)
             except RunError as error:  # the cord's own words
@@ -225,6 +242,6 @@ class NativeIda:
             reason = f"the Newton matrix is singular {what}"
             return f"the run failed at t = {self._t:.9g} s: {reason}"
         rtol, atol_position, atol_velocity = self._options.tolerances
-        correction = np.abs(self._arrays["z"]).reshape(2, n, 3)  # Newton's last
+        correction = np.abs(self._chunk.z).reshape(2, n, 3)  # Newton's last
         weighted = correction / np.array([atol_position, atol_velocity])[:, None, None]
         return failure_of(self._system, self._t, reason_of(code), weighted, rtol)

@@ -48,7 +48,10 @@ DIVERGING = 0.9  # IDA's limit of the mean ratio of successive corrections
 
 
 class IdaSolver:
-    """IDA with its callbacks, counters and buffers for one System; phases are entered by `enter`."""
+    """IDA with its callbacks, counters and buffers for one System; phases are entered by `enter`.
+
+    note : why the compiled driver is not taken, for the summary
+    """
 
     COUNTS: ClassVar[tuple[str, ...]] = (
         "steps",
@@ -61,7 +64,8 @@ class IdaSolver:
     )
     driver = "python"
 
-    def __init__(self, system: System, drive: Drive, options: SolverOptions) -> None:
+    def __init__(self, system: System, drive: Drive, options: SolverOptions, *, note: str = "") -> None:
+        self.note = note
         self._system = self._phase = system
         self._drive = drive
         self._held = drive.mask

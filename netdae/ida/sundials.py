@@ -191,16 +191,21 @@ def sundials() -> Sundials:
     return Sundials()
 
 
-def _loaded() -> c.CDLL:
-    """The library by way of scikit-sundae's extension, through which all that it is linked with can be had."""
+def library_path() -> Path:
+    """scikit-sundae's extension, through which all that it is linked with can be had; raises Unavailable."""
     found = importlib.util.find_spec("sksundae")
     folders = [] if found is None else list(found.submodule_search_locations or [])
     for folder in folders:
         for suffix in importlib.machinery.EXTENSION_SUFFIXES:
             path = Path(folder) / f"_cy_ida{suffix}"
             if path.exists():
-                try:
-                    return c.CDLL(str(path))
-                except OSError as error:
-                    raise Unavailable(f"{path.name} cannot be loaded: {error}") from error
+                return path
     raise Unavailable("scikit-sundae's extension for IDA is not there")
+
+
+def _loaded() -> c.CDLL:
+    path = library_path()
+    try:
+        return c.CDLL(str(path))
+    except OSError as error:
+        raise Unavailable(f"{path.name} cannot be loaded: {error}") from error

@@ -1,4 +1,4 @@
-"""Rayleigh damping for the kernel of `explicit.verlet`, taken at the velocity of the instant: no bound on the step.
+"""Rayleigh damping in an explicit step, taken at the velocity of the instant: no bound on the step.
 
 D of Eq. (9) is constant. With w and w′ half a step before and after an instant and f all other forces then,
 
@@ -15,6 +15,7 @@ lines: those unknowns do not meet where the axes are those of the net, in which 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -22,15 +23,63 @@ from numba import njit
 from scipy import sparse
 
 from netdae._arrays import FloatArray, IntArray
-from netdae.kernels.cables import FAST, Drags, drag
+from netdae.forces.elements import ElementForce
+from netdae.forces.law import FAST
 from netdae.scalar_ldl import Factor, ScalarLdl, solve
 
 NOTHING = 1e-13  # of a cable's viscosity: what round-off leaves across its direction
 
 
+class Drags(NamedTuple):
+    """Forces with a constant ∂f/∂v: none where `ends` and `alpha` are empty."""
+
+    ends: IntArray  # (p, 2), 3i and 3j
+    viscosity: FloatArray  # (p, 6), upper triangle of ∂f/∂w of a pair by rows, N s/m
+    alpha: FloatArray  # (3n,), of nodes alone, kg/s, or (0,)
+
+
+def drags_of(forces: Sequence[ElementForce], size: int) -> Drags:
+    """Of forces whose law is `steady`, on a net of so many unknowns: pairs, and nodes alone along each axis."""
+    ends, upper, alpha = [np.zeros((0, 2), dtype=np.int64)], [np.zeros((0, 6))], np.zeros(0)
+    for force in forces:
+        still = np.zeros((*force.nodes.shape, 3))
+        C = force.tangent(0.0, still, still).dv
+        if force.law.pair:
+            ends.append(3 * force.nodes)
+            upper.append(C[:, 0, :, 1, :][:, *np.triu_indices(3)])
+        else:
+            alpha = np.zeros(size) if not len(alpha) else alpha
+            for c in range(3):
+                np.add.at(alpha, 3 * force.nodes[:, 0] + c, -C[:, 0, c, 0, c])
+    return Drags(np.concatenate(ends), np.concatenate(upper), alpha)
+
+
+@njit(cache=True, fastmath=FAST)
+def drag(v: FloatArray, drags: Drags, viscous: FloatArray) -> None:
+    """Their forces, −D v, into viscous (3n,)."""
+    for i in range(len(viscous)):
+        viscous[i] = 0.0
+    for e in range(len(drags.ends)):
+        i, j = drags.ends[e, 0], drags.ends[e, 1]
+        wx, wy, wz = v[j] - v[i], v[j + 1] - v[i + 1], v[j + 2] - v[i + 2]
+        V = drags.viscosity[e]
+        fx = V[0] * wx + V[1] * wy + V[2] * wz
+        fy = V[1] * wx + V[3] * wy + V[4] * wz
+        fz = V[2] * wx + V[4] * wy + V[5] * wz
+        viscous[i] += fx
+        viscous[i + 1] += fy
+        viscous[i + 2] += fz
+        viscous[j] -= fx
+        viscous[j + 1] -= fy
+        viscous[j + 2] -= fz
+    for i in range(len(drags.alpha)):
+        viscous[i] -= drags.alpha[i] * v[i]
+
+
 class Solver(NamedTuple):
     """M + h/2 D, factored."""
 
+    damps: bool  # whether D is not zero
     alone: FloatArray  # (3n,), 1/(M + h/2 D) of those that meet no other, zero on restrained axes
     entry: IntArray  # (u,), those that meet others, in the order of the factor
     factor: Factor
@@ -125,6 +174,7 @@ class ImplicitDamping:
         self._entry = self._coupled[self._ldl.order]
         self._axes, self._turned = axes, not np.array_equal(axes, np.eye(3))
         self._products = _straight_of(drags, self._turned)
+        self._damps = len(drags.ends) > 0 or len(drags.alpha) > 0
         self._h = -1.0
         self._solver = self.at(0.0)
 
@@ -135,7 +185,9 @@ class ImplicitDamping:
             whole = self._mass + 0.5 * h * self._D
             alone = np.divide(1.0, whole, out=np.zeros_like(whole), where=self._free & (whole > 0))
             factor = self._ldl.factorize(whole[self._coupled], 0.5 * h * self._beside)
-            self._solver = Solver(alone, self._entry, factor, self._axes, self._turned, *self._products)
+            self._solver = Solver(
+                self._damps, alone, self._entry, factor, self._axes, self._turned, *self._products
+            )
         return self._solver
 
 

@@ -49,6 +49,19 @@ def call(typingctx: Any, f: Any, arguments: Any) -> Any:
     return types.int32(types.int64, arguments), codegen
 
 
+@intrinsic
+def call_for_real(typingctx: Any, f: Any, arguments: Any) -> Any:
+    """The same of a function that returns a double."""
+
+    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        kinds = [context.get_value_type(kind) for kind in sig.args[1]]
+        kind = ir.FunctionType(ir.DoubleType(), kinds)
+        given = [builder.extract_value(args[1], k) for k in range(len(kinds))]
+        return builder.call(builder.inttoptr(args[0], kind.as_pointer()), given)
+
+    return types.float64(types.int64, arguments), codegen
+
+
 @njit(cache=True)
 def floats(address: int, shape: Any) -> Any:
     """Array of reals at an address."""

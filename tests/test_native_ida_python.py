@@ -1,4 +1,4 @@
-"""The compiled driver of IDA where it must ask Python: forces of one's own, signals and motions that are no lines."""
+"""The compiled driver of IDA where Python is asked: forces written in Python, signals and motions that are no lines."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ from netdae.forces.loads import Gravity, NodalLoad
 from netdae.forces.orbit import Orbit
 from netdae.forces.protocol import Account, Tangent
 from netdae.forces.solar import SolarPressure
-from netdae.ida.books import RATES
+from netdae.ida.kernel import RATES
 from netdae.ida.native import NativeIda, ida_stepper
 from netdae.linear_solver import CondensedSolver
 from netdae.motions import FunctionMotion, TableMotion

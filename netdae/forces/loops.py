@@ -1,0 +1,592 @@
+"""Loops over the elements of one law, compiled to functions of C: gather, law, scatter. Written once for all laws.
+
+Each function has the address of `Elements` and those of flat arrays over the net, node i at 3i. They are compiled when
+they are first needed, and found on disk afterwards while the source of the law is the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import cfunc, types
+from numba.extending import overload
+
+from netdae._arrays import BoolArray, Flags, IntArray, Reals, Wholes, Wholes2, wholes
+from netdae.addresses import floats
+from netdae.forces.law import LAWS, OPTIONS, Law, Shares
+from netdae.records import Record, load
+
+
+class Elements(NamedTuple):
+    """The elements of a force in a net, and room for what they give, for compiled code.
+
+    active, K, C : the elements of the last tangents, and theirs, one behind the other
+    """
+
+    parameters: int  # address of the law's
+    nodes: Wholes2  # (m, k), 3i
+    signal: Reals  # (3,), s now
+    in_space: Flags  # (n,), False on drums, which have neither momentum nor place
+    near: Wholes  # (m,), elements that may act
+    counts: Wholes  # (2,), how many are near, and active
+    least: Reals  # (m,), m, rest lengths below which an explicit step may be too long; or none
+    active: Wholes  # (m,)
+    K: Reals
+    C: Reals
+    left: Reals  # dyads of a force with links
+    by_x: Reals
+    by_v: Reals
+    rank: Wholes  # (1,), how many of them now; of pairs whether any has a ∂f/∂w
+    room: Reals  # for one element: 3k of positions, of velocities, and of each share
+
+
+def elements_of(
+    parameters: int,
+    nodes: IntArray,
+    in_space: BoolArray,
+    *,
+    tangents: tuple[int, int] = (0, 0),
+    dyads: int = 0,
+    least: int = 0,
+) -> Record:
+    """The record of some elements with nodes (m, k).
+
+    tangents : numbers in K and in C; dyads : numbers in the vectors of each side; least : lengths that are watched
+    """
+    m, k = nodes.shape
+    return Record(
+        Elements(
+            parameters=parameters,
+            nodes=3 * nodes,
+            signal=np.zeros(3),
+            in_space=in_space,
+            near=np.arange(m),
+            counts=np.array([m, 0]),
+            least=np.zeros(least),
+            active=wholes(m),
+            K=np.zeros(tangents[0]),
+            C=np.zeros(tangents[1]),
+            left=np.zeros(dyads),
+            by_x=np.zeros(dyads),
+            by_v=np.zeros(dyads),
+            rank=wholes(1),
+            room=np.zeros(15 * k),
+        )
+    )
+
+
+STORED, DISSIPATED, EXTERNAL, FORCE, TORQUE, TENSION, STRAIN, SUMS = 0, 1, 2, 3, 6, 9, 10, 11
+"""Places in sums over all elements: J, W, W, N (3,), N m (3,) about the origin, N², and a strain; how many."""
+
+_I, _A, _D = types.int32, types.int64, types.float64
+
+
+# The law of some parameters, as compiled code finds it by their class
+
+
+def _stub(name: str) -> tuple[Callable[..., Any], Callable[..., Any]]:
+    def of_law(*arguments: Any) -> Any:
+        raise NotImplementedError("for compiled code")
+
+    def member_of(p: Any) -> Any:
+        return getattr(LAWS[p.instance_class], name)
+
+    return of_law, member_of
+
+
+_INLINED = {"forceinline": True, **OPTIONS}  # else parameters are copied at each call
+
+_force, _force_of = _stub("force")
+_tangent, _tangent_of = _stub("tangent")
+_energy, _energy_of = _stub("energy")
+_measured, _measured_of = _stub("measured")
+_near, _near_of = _stub("near")
+_rest, _rest_of = _stub("rest")
+_linked, _linked_of = _stub("linked")
+_rate, _rate_of = _stub("rate")
+
+
+@overload(_force, jit_options=_INLINED)
+def _(p, e, s, x, v, f):  # type: ignore[no-untyped-def]
+    law = _force_of(p)
+    return lambda p, e, s, x, v, f: law(p, e, s, x, v, f)
+
+
+@overload(_tangent, jit_options=_INLINED)
+def _(p, e, s, x, v, K, C):  # type: ignore[no-untyped-def]
+    law = _tangent_of(p)
+    return lambda p, e, s, x, v, K, C: law(p, e, s, x, v, K, C)
+
+
+@overload(_energy, jit_options=_INLINED)
+def _(p, e, x):  # type: ignore[no-untyped-def]
+    law = _energy_of(p)
+    return (lambda p, e, x: 0.0) if law is None else (lambda p, e, x: law(p, e, x))
+
+
+@overload(_measured, jit_options=_INLINED)
+def _(p, e, x):  # type: ignore[no-untyped-def]
+    law = _measured_of(p)
+    return (lambda p, e, x: (0.0, -np.inf)) if law is None else (lambda p, e, x: law(p, e, x))
+
+
+@overload(_near, jit_options=_INLINED)
+def _(p, e, x, margin):  # type: ignore[no-untyped-def]
+    law = _near_of(p)
+    return lambda p, e, x, margin: law(p, e, x, margin)
+
+
+@overload(_rest, jit_options=_INLINED)
+def _(p, e, x):  # type: ignore[no-untyped-def]
+    law = _rest_of(p)
+    return lambda p, e, x: law(p, e, x)
+
+
+@overload(_linked, jit_options=_INLINED)
+def _(p, x, v, chain, left, by_x, by_v):  # type: ignore[no-untyped-def]
+    law = _linked_of(p)
+    return lambda p, x, v, chain, left, by_x, by_v: law(p, x, v, chain, left, by_x, by_v)
+
+
+@overload(_rate, jit_options=_INLINED)
+def _(p, x, v, share):  # type: ignore[no-untyped-def]
+    law = _rate_of(p)
+    return lambda p, x, v, share: law(p, x, v, share)
+
+
+# Loops
+
+
+def _add_of_pair(law: Law) -> Any:
+    Parameters, version = law.parameters, law.version
+    conserves, dissipates, drives = _has(law)
+    from_outside, sifted, watched = law.external, law.near is not None, law.measured is not None
+
+    @cfunc(_I(_A, _A, _A, _A, _A, _A, _A), cache=bool(version), **OPTIONS)
+    def add(elements, x, v, f, taken, given, sums):  # type: ignore[no-untyped-def]
+        version  # noqa: B018  # what is kept on disk is told apart by it
+        el = load(elements, Elements)
+        p: Any = load(el.parameters, Parameters)
+        n3 = 3 * len(el.in_space)
+        X, V, F = floats(x, n3), floats(v, n3), floats(f, n3)
+        total, nodes, s = floats(sums, SUMS), el.nodes, el.signal
+        fc, fd, fe = el.room[0:3], el.room[3:6], el.room[6:9]
+        shares = Shares(fc, fd, fe)
+        tension, strain = total[TENSION], total[STRAIN]
+        for q in range(el.counts[0] if sifted else len(nodes)):
+            e = el.near[q] if sifted else q
+            i, j = nodes[e, 0], nodes[e, 1]
+            d = (X[j] - X[i], X[j + 1] - X[i + 1], X[j + 2] - X[i + 2])
+            w = (V[j] - V[i], V[j + 1] - V[i + 1], V[j + 2] - V[i + 2])
+            if not _force(p, e, s, d, w, shares):
+                continue
+            for c in range(3):
+                pull = 0.0
+                if conserves:
+                    pull += fc[c]
+                    fc[c] = 0.0
+                if dissipates:
+                    pull += fd[c]
+                    if taken != 0:
+                        D = floats(taken, n3)
+                        D[i + c] += fd[c]
+                        D[j + c] -= fd[c]
+                    fd[c] = 0.0
+                if drives:
+                    pull += fe[c]
+                    if given != 0:
+                        E = floats(given, n3)
+                        E[i + c] += fe[c]
+                        E[j + c] -= fe[c]
+                    fe[c] = 0.0
+                F[i + c] += pull
+                F[j + c] -= pull
+            if watched:
+                square, stretched = _measured(p, e, d)
+                tension, strain = max(tension, square), max(strain, stretched)
+        total[TENSION], total[STRAIN] = tension, strain
+        return 0
+
+    assert not from_outside, "a pair keeps momentum"
+    return add
+
+
+def _add_of_elements(law: Law) -> Any:
+    Parameters, version, k_of_law = law.parameters, law.version, law.nodes
+    conserves, dissipates, drives = _has(law)
+    from_outside, sifted, watched = law.external, law.near is not None, law.measured is not None
+
+    @cfunc(_I(_A, _A, _A, _A, _A, _A, _A), cache=bool(version), **OPTIONS)
+    def add(elements, x, v, f, taken, given, sums):  # type: ignore[no-untyped-def]
+        version  # noqa: B018  # what is kept on disk is told apart by it
+        el = load(elements, Elements)
+        p: Any = load(el.parameters, Parameters)
+        n3 = 3 * len(el.in_space)
+        X, V, F = floats(x, n3), floats(v, n3), floats(f, n3)
+        total, nodes, s = floats(sums, SUMS), el.nodes, el.signal
+        k = k_of_law if k_of_law > 0 else nodes.shape[1]
+        room = el.room.reshape((5, k, 3))
+        xe, ve, fc, fd, fe = room[0], room[1], room[2], room[3], room[4]
+        shares = Shares(fc, fd, fe)
+        tension, strain = total[TENSION], total[STRAIN]
+        for q in range(el.counts[0] if sifted else len(nodes)):
+            e = el.near[q] if sifted else q
+            for a in range(k):
+                i = nodes[e, a]
+                for c in range(3):
+                    xe[a, c], ve[a, c] = X[i + c], V[i + c]
+            if not _force(p, e, s, xe, ve, shares):
+                continue
+            for a in range(k):
+                i = nodes[e, a]
+                for c in range(3):
+                    whole = 0.0
+                    if conserves:
+                        whole += fc[a, c]
+                        fc[a, c] = 0.0
+                    if dissipates:
+                        whole += fd[a, c]
+                        if taken != 0:
+                            floats(taken, n3)[i + c] += fd[a, c]
+                        fd[a, c] = 0.0
+                    if drives:
+                        whole += fe[a, c]
+                        if given != 0:
+                            floats(given, n3)[i + c] += fe[a, c]
+                        fe[a, c] = 0.0
+                    F[i + c] += whole
+                    if from_outside and el.in_space[i // 3]:
+                        total[FORCE + c] += whole
+                        total[TORQUE + (c + 1) % 3] += xe[a, (c + 2) % 3] * whole
+                        total[TORQUE + (c + 2) % 3] -= xe[a, (c + 1) % 3] * whole
+            if watched:
+                square, stretched = _measured(p, e, xe)
+                tension, strain = max(tension, square), max(strain, stretched)
+        total[TENSION], total[STRAIN] = tension, strain
+        return 0
+
+    return add
+
+
+def _rates_of_pair(law: Law) -> Any:
+    Parameters, version = law.parameters, law.version
+    _, dissipates, drives = _has(law)
+    sifted, watched, stores = law.near is not None, law.measured is not None, law.energy is not None
+
+    @cfunc(_I(_A, _A, _A, _A, _A), cache=bool(version), **OPTIONS)
+    def rates(elements, x, v, sums, wants_energy):  # type: ignore[no-untyped-def]
+        version  # noqa: B018  # what is kept on disk is told apart by it
+        el = load(elements, Elements)
+        p: Any = load(el.parameters, Parameters)
+        n3 = 3 * len(el.in_space)
+        X, V = floats(x, n3), floats(v, n3)
+        total, nodes, s = floats(sums, SUMS), el.nodes, el.signal
+        fc, fd, fe = el.room[0:3], el.room[3:6], el.room[6:9]
+        shares = Shares(fc, fd, fe)
+        tension, strain, stored, lost, gained = total[TENSION], total[STRAIN], 0.0, 0.0, 0.0
+        for q in range(el.counts[0] if sifted else len(nodes)):
+            e = el.near[q] if sifted else q
+            i, j = nodes[e, 0], nodes[e, 1]
+            d = (X[j] - X[i], X[j + 1] - X[i + 1], X[j + 2] - X[i + 2])
+            w = (V[j] - V[i], V[j + 1] - V[i + 1], V[j + 2] - V[i + 2])
+            if stores and wants_energy != 0:
+                stored += _energy(p, e, d)
+            if not _force(p, e, s, d, w, shares):
+                continue
+            for c in range(3):
+                fc[c] = 0.0
+                if dissipates:
+                    lost += fd[c] * w[c]
+                    fd[c] = 0.0
+                if drives:
+                    gained -= fe[c] * w[c]
+                    fe[c] = 0.0
+            if watched:
+                square, stretched = _measured(p, e, d)
+                tension, strain = max(tension, square), max(strain, stretched)
+        total[TENSION], total[STRAIN] = tension, strain
+        total[STORED] += stored
+        total[DISSIPATED] += lost
+        total[EXTERNAL] += gained
+        return 0
+
+    return rates
+
+
+def _rates_of_elements(law: Law) -> Any:
+    Parameters, version, k_of_law = law.parameters, law.version, law.nodes
+    _, dissipates, drives = _has(law)
+    from_outside, sifted = law.external, law.near is not None
+    watched, stores = law.measured is not None, law.energy is not None
+
+    @cfunc(_I(_A, _A, _A, _A, _A), cache=bool(version), **OPTIONS)
+    def rates(elements, x, v, sums, wants_energy):  # type: ignore[no-untyped-def]
+        version  # noqa: B018  # what is kept on disk is told apart by it
+        el = load(elements, Elements)
+        p: Any = load(el.parameters, Parameters)
+        n3 = 3 * len(el.in_space)
+        X, V = floats(x, n3), floats(v, n3)
+        total, nodes, s = floats(sums, SUMS), el.nodes, el.signal
+        k = k_of_law if k_of_law > 0 else nodes.shape[1]
+        room = el.room.reshape((5, k, 3))
+        xe, ve, fc, fd, fe = room[0], room[1], room[2], room[3], room[4]
+        shares = Shares(fc, fd, fe)
+        tension, strain = total[TENSION], total[STRAIN]
+        for q in range(el.counts[0] if sifted else len(nodes)):
+            e = el.near[q] if sifted else q
+            for a in range(k):
+                i = nodes[e, a]
+                for c in range(3):
+                    xe[a, c], ve[a, c] = X[i + c], V[i + c]
+            if stores and wants_energy != 0:
+                total[STORED] += _energy(p, e, xe)
+            if not _force(p, e, s, xe, ve, shares):
+                continue
+            for a in range(k):
+                in_space = el.in_space[nodes[e, a] // 3]
+                for c in range(3):
+                    if dissipates:
+                        total[DISSIPATED] -= fd[a, c] * ve[a, c]
+                    if drives:
+                        total[EXTERNAL] += fe[a, c] * ve[a, c]
+                    if from_outside and in_space:
+                        whole = fc[a, c] + fd[a, c] + fe[a, c]
+                        total[FORCE + c] += whole
+                        total[TORQUE + (c + 1) % 3] += xe[a, (c + 2) % 3] * whole
+                        total[TORQUE + (c + 2) % 3] -= xe[a, (c + 1) % 3] * whole
+                    fc[a, c] = fd[a, c] = fe[a, c] = 0.0
+            if watched:
+                square, stretched = _measured(p, e, xe)
+                tension, strain = max(tension, square), max(strain, stretched)
+        total[TENSION], total[STRAIN] = tension, strain
+        return 0
+
+    return rates
+
+
+def _tangents_of_pair(law: Law) -> Any:
+    Parameters, version, sifted = law.parameters, law.version, law.near is not None
+
+    @cfunc(_I(_A, _A, _A), cache=bool(version), **OPTIONS)
+    def tangents(elements, x, v):  # type: ignore[no-untyped-def]
+        version  # noqa: B018  # what is kept on disk is told apart by it
+        el = load(elements, Elements)
+        p: Any = load(el.parameters, Parameters)
+        n3 = 3 * len(el.in_space)
+        X, V, nodes, s = floats(x, n3), floats(v, n3), el.nodes, el.signal
+        K, C, Ke, Ce = el.K, el.C, np.zeros((3, 3)), np.zeros((3, 3))
+        count = 0
+        for q in range(el.counts[0] if sifted else len(nodes)):
+            e = el.near[q] if sifted else q
+            i, j = nodes[e, 0], nodes[e, 1]
+            d = (X[j] - X[i], X[j + 1] - X[i + 1], X[j + 2] - X[i + 2])
+            w = (V[j] - V[i], V[j + 1] - V[i + 1], V[j + 2] - V[i + 2])
+            if _tangent(p, e, s, d, w, Ke, Ce):
+                el.active[count] = e
+                for a in range(3):
+                    for b in range(3):
+                        K[9 * count + 3 * a + b], C[9 * count + 3 * a + b] = Ke[a, b], Ce[a, b]
+                        Ke[a, b] = Ce[a, b] = 0.0
+                count += 1
+        el.counts[1] = count
+        return 0
+
+    return tangents
+
+
+def _tangents_of_elements(law: Law) -> Any:
+    Parameters, version, k_of_law = law.parameters, law.version, law.nodes
+    sifted = law.near is not None
+
+    @cfunc(_I(_A, _A, _A), cache=bool(version), **OPTIONS)
+    def tangents(elements, x, v):  # type: ignore[no-untyped-def]
+        version  # noqa: B018  # what is kept on disk is told apart by it
+        el = load(elements, Elements)
+        p: Any = load(el.parameters, Parameters)
+        n3 = 3 * len(el.in_space)
+        X, V, nodes, s = floats(x, n3), floats(v, n3), el.nodes, el.signal
+        k = k_of_law if k_of_law > 0 else nodes.shape[1]
+        xe, ve = np.empty((k, 3)), np.empty((k, 3))
+        shape = (len(nodes), k, 3, k, 3)
+        K, C = el.K.reshape(shape), el.C.reshape(shape)
+        count = 0
+        for q in range(el.counts[0] if sifted else len(nodes)):
+            e = el.near[q] if sifted else q
+            for a in range(k):
+                i = nodes[e, a]
+                for c in range(3):
+                    xe[a, c], ve[a, c] = X[i + c], V[i + c]
+            K[count] = 0.0
+            C[count] = 0.0
+            if _tangent(p, e, s, xe, ve, K[count], C[count]):
+                el.active[count] = e
+                count += 1
+        el.counts[1] = count
+        return 0
+
+    return tangents
+
+
+def _tangents_of_links(law: Law) -> Any:
+    Parameters, version = law.parameters, law.version
+
+    @cfunc(_I(_A, _A, _A), cache=bool(version), **OPTIONS)
+    def tangents(elements, x, v):  # type: ignore[no-untyped-def]
+        version  # noqa: B018  # what is kept on disk is told apart by it
+        el = load(elements, Elements)
+        p: Any = load(el.parameters, Parameters)
+        n3, nodes = 3 * len(el.in_space), el.nodes
+        X, V, k = floats(x, n3), floats(v, n3), nodes.shape[1]
+        xe, ve = np.empty((k, 3)), np.empty((k, 3))
+        for a in range(k):
+            i = nodes[0, a]
+            for c in range(3):
+                xe[a, c], ve[a, c] = X[i + c], V[i + c]
+        links, rank = len(el.K) // 36, len(el.left) // (3 * k)
+        shape = (rank, k, 3)
+        chain = el.K.reshape((links, 2, 3, 2, 3))
+        acts = _linked(
+            p, xe, ve, chain, el.left.reshape(shape), el.by_x.reshape(shape), el.by_v.reshape(shape)
+        )
+        el.rank[0], el.counts[1] = (rank, links) if acts else (0, 0)
+        return 0
+
+    return tangents
+
+
+def _sift_of(law: Law) -> Any:
+    Parameters, version, pair, k_of_law = law.parameters, law.version, law.pair, law.nodes
+
+    @cfunc(_I(_A, _A, _D), cache=bool(version), **OPTIONS)
+    def sift(elements, x, margin):  # type: ignore[no-untyped-def]
+        version  # noqa: B018  # what is kept on disk is told apart by it
+        el = load(elements, Elements)
+        p: Any = load(el.parameters, Parameters)
+        n3, nodes = 3 * len(el.in_space), el.nodes
+        X, count = floats(x, n3), 0
+        k = k_of_law if k_of_law > 0 else nodes.shape[1]
+        xe = el.room.reshape((5, k, 3))[0]
+        for e in range(len(nodes)):
+            el.near[count] = e
+            if pair:
+                i, j = nodes[e, 0], nodes[e, 1]
+                count += _near(p, e, (X[j] - X[i], X[j + 1] - X[i + 1], X[j + 2] - X[i + 2]), margin)
+            else:
+                for a in range(k):
+                    for c in range(3):
+                        xe[a, c] = X[nodes[e, a] + c]
+                count += _near(p, e, xe, margin)
+        el.counts[0] = count
+        return 0
+
+    return sift
+
+
+def _rests_of(law: Law) -> Any:
+    Parameters, version = law.parameters, law.version
+
+    @cfunc(_I(_A, _A, _A), cache=bool(version), **OPTIONS)
+    def rests(elements, x, lengths):  # type: ignore[no-untyped-def]
+        """Rest lengths (m,), m, where asked for; 1 if one is below its `least`, 2 if no flight survives one."""
+        version  # noqa: B018  # what is kept on disk is told apart by it
+        el = load(elements, Elements)
+        p: Any = load(el.parameters, Parameters)
+        n3, nodes = 3 * len(el.in_space), el.nodes
+        X, k, worst = floats(x, n3), nodes.shape[1], 0
+        xe = np.empty((k, 3))
+        for e in range(len(nodes)):
+            for a in range(k):
+                for c in range(3):
+                    xe[a, c] = X[nodes[e, a] + c]
+            L, end = _rest(p, e, xe)
+            if lengths != 0:
+                floats(lengths, len(nodes))[e] = L
+            if not L > end:
+                worst = 2
+            elif len(el.least) and not L >= el.least[e]:
+                worst = max(worst, 1)
+        return worst
+
+    return rests
+
+
+def _rate_of_friction(law: Law) -> Any:
+    Parameters, version = law.parameters, law.version
+
+    @cfunc(_D(_A, _A, _A, _A), cache=bool(version), **OPTIONS)
+    def rate(elements, x, v, share):  # type: ignore[no-untyped-def]
+        version  # noqa: B018  # what is kept on disk is told apart by it
+        el = load(elements, Elements)
+        p: Any = load(el.parameters, Parameters)
+        n3, nodes = 3 * len(el.in_space), el.nodes
+        X, V, of_node, k = floats(x, n3), floats(v, n3), floats(share, n3), nodes.shape[1]
+        xe, ve, of_ring = np.empty((k, 3)), np.empty((k, 3)), np.empty(k)
+        total = 0.0
+        for e in range(len(nodes)):
+            for a in range(k):
+                of_ring[a] = of_node[nodes[e, a]]
+                for c in range(3):
+                    xe[a, c], ve[a, c] = X[nodes[e, a] + c], V[nodes[e, a] + c]
+            total += _rate(p, xe, ve, of_ring)
+        return total
+
+    return rate
+
+
+def _at_drum_of(law: Law) -> Any:
+    Parameters, version = law.parameters, law.version
+
+    @cfunc(_I(_A, _A, _D, _D, _A), cache=bool(version), **OPTIONS)
+    def at_drum(elements, e, place, speed, out):  # type: ignore[no-untyped-def]
+        """Add conservative, dissipative and external force along x in N, and ∂f/∂ṡ in N s/m, of one element."""
+        version  # noqa: B018  # what is kept on disk is told apart by it
+        el = load(elements, Elements)
+        p: Any = load(el.parameters, Parameters)
+        told, s = floats(out, 4), el.signal
+        x, v = np.zeros((1, 3)), np.zeros((1, 3))
+        shares = Shares(np.zeros((1, 3)), np.zeros((1, 3)), np.zeros((1, 3)))
+        K, C = np.zeros((1, 3, 1, 3)), np.zeros((1, 3, 1, 3))
+        x[0, 0], v[0, 0] = place, speed
+        if _force(p, e, s, x, v, shares):
+            told[0] += shares.conservative[0, 0]
+            told[1] += shares.dissipative[0, 0]
+            told[2] += shares.external[0, 0]
+            if _tangent(p, e, s, x, v, K, C):
+                told[3] += C[0, 0, 0, 0]
+        return 0
+
+    return at_drum
+
+
+def _has(law: Law) -> tuple[bool, bool, bool]:
+    return tuple(share in law.shares for share in Shares._fields)  # type: ignore[return-value]
+
+
+def _made(law: Law, name: str) -> Any:
+    match name:
+        case "add":
+            return _add_of_pair(law) if law.pair else _add_of_elements(law)
+        case "rates":
+            return _rates_of_pair(law) if law.pair else _rates_of_elements(law)
+        case "tangents" if law.newton == "links":
+            return _tangents_of_links(law)
+        case "tangents" if law.tangent is not None:
+            return _tangents_of_pair(law) if law.pair else _tangents_of_elements(law)
+        case "sift" if law.near is not None:
+            return _sift_of(law)
+        case "rests" if law.rest is not None:
+            return _rests_of(law)
+        case "rate" if law.rate is not None:
+            return _rate_of_friction(law)
+        case "at_drum" if law.implicit:
+            return _at_drum_of(law)
+    return None
+
+
+@cache
+def loop_of(law: Law, name: str) -> Any:
+    """The function of C of that name for a law, compiled; None where the law does not have it."""
+    return _made(law, name)
