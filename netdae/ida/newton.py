@@ -112,7 +112,7 @@ def assemble(t: float, y: FloatArray, cj: float, net: Net, matrix: Matrix) -> in
     return _find_graph(net, matrix) if len(matrix.constant) == 0 else -1
 
 
-@njit(**OPTIONS)
+@njit(forceinline=True, **OPTIONS)
 def _join(cj: float, node: int, net: Net, matrix: Matrix) -> None:
     """Make a node a member, with its mass."""
     if len(matrix.constant) == 0 and matrix.place[node] < 0:
@@ -121,7 +121,7 @@ def _join(cj: float, node: int, net: Net, matrix: Matrix) -> None:
         _add_mass(cj, node, net, matrix)
 
 
-@njit(**OPTIONS)
+@njit(forceinline=True, **OPTIONS)
 def _couple(i: int, j: int, block: int, matrix: Matrix, count: int) -> int:
     """Note that two nodes are coupled by a block; how many couples there are then."""
     if len(matrix.constant) > 0:
@@ -243,7 +243,7 @@ def _add_chain(cj: float, net: Net, matrix: Matrix, coupling: Coupling, count: i
     return count
 
 
-@njit(**OPTIONS)
+@njit(forceinline=True, **OPTIONS)
 def _add(matrix: Matrix, block: int, i: int, j: int, r: int, s: int, value: float) -> None:
     """The entry (r, s) of the block between entries i ≤ j gains a value, unless one of the axes is restrained."""
     if len(matrix.free):
