@@ -33,6 +33,7 @@ from dataclasses import dataclass
 from netdae import earth
 from netdae.forces import air, free_molecular, solar
 from netdae.forces.air import AirDrag
+from netdae.forces.elements import ElementForce
 from netdae.scales import Scales
 from netdae.surface_forces import SurfaceForce, surface_force_of
 from netdae.system import System
@@ -77,7 +78,7 @@ def external_forces_of(
     altitude : m, of the circular orbit; None leaves out what acts in orbit alone
     charge : C, on a net that holds one; current : A, along a net that carries one
     """
-    forces = [*_of_the_net(scales)]
+    forces = [*_of_the_net(scales), *_of_laws(system, scales)]
     if altitude is not None:
         forces += _of_the_orbit(scales, altitude, included)
         forces += _on_the_surface(system, t, scales, altitude)
@@ -104,6 +105,18 @@ def _of_the_net(s: Scales) -> Iterator[ExternalForce]:
         "m v²/L, moves v t",
         "Newton's second law, the speed v turned on the way L",
     )
+
+
+def _of_laws(system: System, s: Scales) -> Iterator[ExternalForce]:
+    """Those of the system's forces whose law tells them."""
+    for force in system.forces:
+        if isinstance(force, ElementForce) and force.law.ranked is not None:
+            name, newtons, formula = force.law.ranked(force.parameters, s.reach)
+            shift = min(0.5 * newtons / s.mass * s.flight_time**2, s.reach)
+            moves = "D the way of the net, moves ½ (F/m) t², D at most"
+            yield ExternalForce(
+                name, newtons, shift, True, f"{formula}, {moves}", "[[loads]] of the scenario"
+            )
 
 
 def _of_the_orbit(s: Scales, altitude: float, included: frozenset[str]) -> Iterator[ExternalForce]:

@@ -105,6 +105,7 @@ class Law:
     rate : (p, x, v, share) -> rate of its friction, 1/s, on nodes of 1/mass (k,), where it bounds an explicit step
     implicit : whether an explicit step takes it at its end, along x of drums, whatever its stiffness
     steady : whether its tangent is a constant ∂f/∂v
+    ranked : (parameters, D) -> name, force in N and formula for the ranking of forces on a net that moves by D in m
     bound : (parameters, nodes, strain, x) -> what the stable explicit step sees of it while no E11 passes `strain`;
         None takes the tangent of the moment, which does for forces that change slowly
     """
@@ -128,6 +129,7 @@ class Law:
     rate: Any = None
     implicit: bool = False
     steady: bool = False
+    ranked: Callable[[Any, float], tuple[str, float, str]] | None = None
     bound: Callable[[Any, IntArray, float, FloatArray], list[Family]] | None = None
 
     def __post_init__(self) -> None:
