@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from netdae.forces.orbit import Orbit
     from netdae.forces.protocol import Account, Force, Tangent
     from netdae.forces.solar import BodySolarPressure, SolarPressure
+    from netdae.forces.spring import Spring
     from netdae.initial import ejected, scaled
     from netdae.integration import integrate
     from netdae.material import Material
@@ -73,6 +74,7 @@ _HOMES = {
     "netdae.forces.loads": ("Gravity", "NodalLoad"),
     "netdae.forces.orbit": ("Orbit",),
     "netdae.forces.protocol": ("Account", "Force", "Tangent"),
+    "netdae.forces.spring": ("Spring",),
     "netdae.forces.solar": ("BodySolarPressure", "SolarPressure"),
     "netdae.initial": ("ejected", "scaled"),
     "netdae.integration": ("integrate",),

@@ -26,6 +26,7 @@ from netdae.forces.rayleigh import MASS_DAMPING, STIFFNESS_DAMPING, MassDamping,
 from netdae.forces.reel import REELED, Reeled
 from netdae.forces.rings import Cord
 from netdae.forces.solar import LIGHT, Light, LightOnCables
+from netdae.forces.spring import GROUND_SPRING, STRUT, GroundSpring, Strut
 from netdae.signals import Constant, Function
 
 M = 20  # elements in each case
@@ -163,6 +164,20 @@ def stiffness_damping():
     return ElementForce(STIFFNESS_DAMPING, np.arange(2 * M).reshape(M, 2), damping), 0.0, x, v
 
 
+def struts():
+    """Pulled out and pushed in by a third."""
+    of_cables, _, x, v = cables((-0.3, 0.5), (-1.0, 1.0))
+    rng = np.random.default_rng(13)
+    k, c, L = rng.uniform(0.1, 1.0, (3, M))
+    return ElementForce(STRUT, of_cables.nodes, Strut(k, c, L)), 0.0, x, v
+
+
+def ground_springs(nodes, k, L):
+    anchor = np.random.default_rng(14).standard_normal((M, 3))
+    parameters = GroundSpring(k, 0.3 * k, np.full(M, L), anchor)
+    return ElementForce(GROUND_SPRING, nodes, parameters)
+
+
 def toe(strain, rate=(-1.0, 1.0), **more):
     return lambda: cables(strain, rate, eps=EPS, **more)
 
@@ -233,6 +248,9 @@ CASES = {
     "light slack": lambda: in_light(SLACK),
     "light taut": lambda: in_light(TAUT),
     "stiffness damping": stiffness_damping,
+    "struts": struts,
+    "springs to the ground": lambda: points(lambda nodes, k: ground_springs(nodes, k, 0.7)),
+    "springs to the ground without length": lambda: points(lambda nodes, k: ground_springs(nodes, k, 0.0)),
     "mass damping": lambda: points(lambda nodes, c: ElementForce(MASS_DAMPING, nodes, MassDamping(c))),
     "load": load,
 }  # fmt: skip
@@ -304,8 +322,8 @@ def test_tangents_are_the_derivatives_of_the_force(case):
 
 def test_the_elastic_force_is_minus_the_gradient_of_the_stored_energy(case):
     force, t, x, v = case
-    driven = force.external or force.law is MOTOR  # which stores no energy
-    at_rest = force.force(t, x, np.zeros_like(v)) * (not driven)
+    stores = force.law.energy is not None  # loads and motors push at rest, and store nothing
+    at_rest = force.force(t, x, np.zeros_like(v)) * stores
     h = 1e-5  # as above
     gradient = np.empty_like(x)
     for index in np.ndindex(x.shape):

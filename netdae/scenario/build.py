@@ -24,7 +24,7 @@ from netdae.metrics import DeploymentMetrics
 from netdae.net import CableNet
 from netdae.options import SolverOptions
 from netdae.plausibility import unusual_of
-from netdae.scenario import schema
+from netdae.scenario import schema, springs
 from netdae.scenario.closed import closing_of, closing_options, overpowered
 from netdae.scenario.cords import damping_of, materials_of, thickest_of
 from netdae.scenario.events import event_of
@@ -82,7 +82,7 @@ class Build:
             *map(Told, closed.restraints, repeat("closing"), closed.numbers),
         ]
         restraints = [each.restraint for each in told]
-        loads = self._loads(tied.net)
+        loads = self._loads(tied.net, tied.start.x)
         materials = {
             **materials_of(self._data.material, start.net, self._section),
             **tied.materials,
@@ -234,7 +234,8 @@ class Build:
 
     # What acts on it
 
-    def _loads(self, net: CableNet) -> list[Load]:
+    def _loads(self, net: CableNet, x: FloatArray) -> list[Load]:
+        """Loads on a net whose nodes start at x (n, 3)."""
         loads: list[Load] = []
         orbit = self._data.orbit
         if orbit is not None:
@@ -248,6 +249,8 @@ class Build:
                     self._check_nodes(net, load.group)
                     signal = signal_of(load.force, load, self._folder, self._solver)
                     loads.append(NodalLoad(load.group, signal))
+                elif isinstance(load, springs.SpringEntry):
+                    loads.append(springs.spring_of(load, x))
                 else:
                     loads += environment_loads_of(
                         load, orbit, net=net, folder=self._folder, solver=self._solver

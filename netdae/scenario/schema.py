@@ -11,7 +11,7 @@ from typing import Annotated, Literal
 from pydantic import Discriminator, Field, Tag
 
 from netdae.options import COARSEST_RTOL, FINEST_RTOL, Method
-from netdae.scenario import environment
+from netdae.scenario import environment, springs
 from netdae.scenario.closing import ClosingEntry
 from netdae.scenario.events import EventEntry
 from netdae.scenario.initial import Initial
@@ -145,7 +145,8 @@ Load = Annotated[
     | Annotated[UniformGravity, Tag("gravity")]
     | Annotated[environment.DragEntry, Tag("drag")]
     | Annotated[environment.SolarPressureEntry, Tag("solar_pressure")]
-    | Annotated[environment.AirEntry, Tag("air")],
+    | Annotated[environment.AirEntry, Tag("air")]
+    | Annotated[springs.SpringEntry, Tag("spring")],
     Discriminator(kind_of),
 ]
 
