@@ -13,6 +13,7 @@ import numpy as np
 
 from netdae._arrays import BoolArray, FloatArray, IntArray
 from netdae.assembly import BlockPattern, scatter_add, scatter_blocks
+from netdae.forces.elements import ElementForce
 from netdae.forces.loops import DISSIPATED, EXTERNAL, FORCE, STORED, TENSION
 from netdae.forces.protocol import Force, LinkedForce
 from netdae.forces.table import Table
@@ -34,12 +35,14 @@ class Powers(NamedTuple):
 class NetForces:
     """Forces with the blocks that they couple.
 
+    storing : the table of those that store energy
     blocks : of each force, (m, k, k) in `pattern`, None where it needs none; of a force with links those of the links,
         (p, 2, 2)
     """
 
     forces: tuple[Force, ...]
     table: Table
+    storing: Table
     pattern: BlockPattern
     blocks: tuple[IntArray | None, ...]
 
@@ -49,7 +52,8 @@ class NetForces:
         coupled = [coupled_by(force) for force in forces]
         pattern = BlockPattern.of(len(in_space), [nodes for nodes in coupled if nodes is not None])
         blocks = tuple(None if nodes is None else pattern.places_of(nodes) for nodes in coupled)
-        return cls(tuple(forces), Table(forces, in_space), pattern, blocks)
+        storing = [force for force in forces if stores_energy(force)]
+        return cls(tuple(forces), Table(forces, in_space), Table(storing, in_space), pattern, blocks)
 
     def force(self, t: float, x: FloatArray, v: FloatArray) -> FloatArray:
         """f (n, 3), N."""
@@ -83,11 +87,20 @@ class NetForces:
             scatter_add(local, nodes, total)
         return total
 
+    def stored(self, t: float, x: FloatArray) -> float:
+        """Stored energy, J."""
+        return float(self.storing.sums(t, x, np.zeros_like(x))[STORED])
+
     def powers(self, t: float, x: FloatArray, v: FloatArray) -> Powers:
         """Stored energy, powers and wrench from outside."""
         sums = self.table.sums(t, x, v)
         wrench = sums[FORCE:TENSION].reshape(2, 3)
         return Powers(float(sums[STORED]), float(sums[DISSIPATED]), float(sums[EXTERNAL]), wrench)
+
+
+def stores_energy(force: Force) -> bool:
+    """Whether a force may store energy; those written in Python may."""
+    return not isinstance(force, ElementForce) or force.law.energy is not None
 
 
 def coupled_by(force: Force) -> IntArray | None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Literal, Protocol
+from typing import ClassVar, Literal, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -60,6 +60,11 @@ def line_of(signal: Signal, begin: float, end: float) -> Line | None:
     return line(begin, end)
 
 
+def is_constant(signal: Signal | None) -> bool:
+    """Whether a signal keeps its value between jumps; so does none."""
+    return signal is None or bool(getattr(signal, "constant", False))
+
+
 @dataclass(frozen=True, eq=False)
 class Constant:
     """The same three numbers at all times."""
@@ -67,6 +72,7 @@ class Constant:
     value: ArrayLike
     jumps: tuple[float, ...] = ()
     kinks: tuple[float, ...] = ()
+    constant: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "value", _vector(self.value, "a constant"))
@@ -92,6 +98,7 @@ class Pulse:
     begin: float
     end: float
     kinks: tuple[float, ...] = ()
+    constant: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "value", _vector(self.value, "a pulse"))

@@ -24,7 +24,7 @@ from netdae.forces.protocol import Force, check_force
 from netdae.masses import check_free_nodes, lumped_masses
 from netdae.material import Cords, Material
 from netdae.net import CableNet
-from netdae.net_forces import NetForces, Powers, wrench_of
+from netdae.net_forces import NetForces, Powers, stores_energy, wrench_of
 from netdae.phases import pieces_of
 from netdae.reels import (
     Reel,
@@ -209,7 +209,7 @@ class System:
 
     def powers(self, t: float, x: FloatArray, v: FloatArray) -> Powers:
         """What all forces store, take and bring; raises RunError where a reel has wound in all of a cable."""
-        self.rest_lengths_on_reels(x, t=t)
+        self._net_forces.table.check_rests(t, x)
         return self._net_forces.powers(self.inside(t), x, v)
 
     def account(self, t: float, x: FloatArray, v: FloatArray) -> tuple[float, float, float]:
@@ -234,13 +234,13 @@ class System:
 
     def elastic_energy(self, x: FloatArray, *, t: float = 0.0) -> float:
         """Energy that all forces store, J; t in s is for messages."""
-        return self.powers(t, x, np.zeros_like(x)).stored
+        self._net_forces.table.check_rests(t, x)
+        return self._net_forces.stored(self.inside(t), x)
 
     @property
     def stores_elsewhere(self) -> bool:
         """Whether forces beside the cables may store energy: reels, springs, and those written in Python."""
-        laws = [getattr(force, "law", None) for force in self.forces[1:]]
-        return any(law is None or law.energy is not None for law in laws)
+        return any(stores_energy(force) for force in self.forces[1:])
 
     def momentum(self, v: FloatArray) -> FloatArray:
         """Σ m v, (3,), N s."""

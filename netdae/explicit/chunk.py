@@ -15,13 +15,14 @@ from netdae.stepper import Share, Step
 class Chunk:
     """Begin t, step length h, and x, v, a, (3, 3n).
 
-    powers : (8,), of the step before, see `explicit.verlet.fly`; fresh : whether the flight began there
+    powers : (8,), of the step before, and hold, see `explicit.verlet.fly`; fresh : whether the flight began there
     """
 
     t: float
     h: float
     xva: FloatArray
     powers: FloatArray
+    hold: int
     fresh: bool = False
 
 

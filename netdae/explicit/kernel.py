@@ -15,6 +15,7 @@ from netdae.forces.protocol import Force
 from netdae.forces.table import Table
 from netdae.motions import Fixed
 from netdae.restraints import Drive
+from netdae.signals import is_constant
 from netdae.system import System
 
 
@@ -28,8 +29,10 @@ class Kernel:
     def __init__(self, system: System, drive: Drive, longest: int) -> None:
         laws = [(force, force.law) for force in system.forces if isinstance(force, ElementForce)]
         apart = [force for force, law in laws if law.implicit or law.steady]
-        forces = [force for force in system.forces if force not in apart]
+        slow = [force for force, _ in laws if is_slow(force) and force not in apart]
+        forces = [force for force in system.forces if force not in apart and force not in slow]
         self.table = Table(forces, system.in_space, watch_lengths=True)
+        self._slow_table = Table(slow, system.in_space).prepare("add")
         self.table.prepare("add", "sift", "rests", "rate", "powers")
         drums = [force for force in apart if force.law.implicit]
         self._on_drums = [force.elements(force.nodes, system.in_space) for force in drums]
@@ -50,6 +53,10 @@ class Kernel:
             drums=drums_of(drums, self._on_drums),
             taken=taken,
             given=given,
+            slow_rows=self._slow_table.rows,
+            slow=_room(len(mass), bool(slow)),
+            slow_x=_room(len(mass), bool(slow)),
+            slow_v=_room(len(mass), bool(slow)),
             ahead=_room(len(mass), bool(self.table.rows.ahead.any())),
             in_python=any(not isinstance(force, ElementForce) for force in forces),
             rubs=self.rubs,
@@ -66,7 +73,8 @@ class Kernel:
     def go_on(self, part: System, t: float) -> None:
         """Go on at t in a part of a phase."""
         begin = part.inside(-math.inf)  # not t: a flight that is resumed has the same lines
-        self.table.go_on(begin if math.isfinite(begin) else t, part.inside(math.inf), part.inside)
+        for table in (self.table, self._slow_table):
+            table.go_on(begin if math.isfinite(begin) else t, part.inside(math.inf), part.inside)
 
     def fly(
         self,
@@ -74,6 +82,7 @@ class Kernel:
         start: tuple[float, float, FloatArray],
         *,
         steps: int,
+        hold: int = 1,
         limits: tuple[float, float] = (math.inf, math.inf),
         fresh: bool = False,
         powers: FloatArray | None = None,
@@ -82,6 +91,7 @@ class Kernel:
         """Take steps, at most as many as the `longest` chunk has; raises what a force written in Python raises.
 
         start : t, h, and x, v, a as (3, 3n), which go on to the end
+        hold : steps for which slow forces are held
         limits : where a strain or the rate of friction in 1/s passes its limit, or a rest length its least, the steps
             end; nothing ends them where the first is infinite
         fresh : whether the flight begins here
@@ -98,9 +108,16 @@ class Kernel:
             told = self._nothing_told
         bound = self._bodies, self._acting, self._held, self._damping.at(h)
         before = np.zeros(POWERS) if powers is None else powers
-        tally = fly(x, v, a, *bound, motions, t, h, steps, limits, fresh, before, told)
+        tally = fly(x, v, a, *bound, motions, t, h, steps, hold, limits, fresh, before, told)
         self.table.check()
         return tally
+
+
+def is_slow(force: Force) -> bool:
+    """Whether a force from outside changes with places and velocities alone, and little in some steps."""
+    if not isinstance(force, ElementForce) or force.law.shares != ("external",):
+        return False
+    return force.law.external and force.newton == "nothing" and is_constant(force.signal)
 
 
 def _room(size: int, needed: bool) -> FloatArray:

@@ -34,6 +34,9 @@ TOLD = 500_000  # numbers of x, v and a that are kept at once where every step i
 FRACTIONS = {"fast": 0.9, "standard": 0.5, "accurate": 0.2}
 """Share of the stable step length that each accuracy takes; `scripts/accuracy.py` measures what each keeps."""
 LEAST_RATE = 100.0  # 1/s, of friction at rings: no step of a net comes near it
+HOLD = 8  # steps for which slow forces are held at most
+HELD = {"fast": 0.005, "standard": 0.002, "accurate": 0.0005}
+"""Time for which slow forces are held, times their rate: they change by no more than about that share meanwhile."""
 RATES_HOLD = 50  # chunks after which the rate of forces without a bound is looked at again
 SUDDEN = (
     8  # steps of a chunk where such forces may come and go, as those do of which Newton's matrix takes a part
@@ -57,11 +60,11 @@ class ExplicitSolver:
         self._kernel = Kernel(system, drive, CHUNK)
         self._boundless = without_bound(system)
         self._sudden = any(force.newton != "nothing" for force in self._boundless)
-        self._look_in, self._stiffest = 0, math.inf
+        self._look_in, self._stiffest, self._held = 0, math.inf, math.inf
         self._has_toe = bool((system.cables.eps > 0).any())
         self._now = np.zeros((3, 3 * system.net.node_count))  # x, v and a
         self._powers = np.zeros(POWERS)  # of the last step, see `verlet.fly`
-        self._chunk = Chunk(0.0, 0.0, self._now, self._powers)
+        self._chunk = Chunk(0.0, 0.0, self._now, self._powers, 1)
         self._done = 0  # steps of it
         self._steps: list[Step] = []  # told of the last chunk, with shares from its begin
         self._t = 0.0
@@ -106,7 +109,8 @@ class ExplicitSolver:
         count = min(self._longest(stable), math.ceil(remaining / stable))
         last = count * stable >= remaining
         h = remaining / count if last else stable
-        self._chunk = Chunk(self._t, h, self._now.copy(), self._powers.copy(), self._fresh)
+        hold = int(max(1, min(HOLD, self._held / h)))
+        self._chunk = Chunk(self._t, h, self._now.copy(), self._powers.copy(), hold, self._fresh)
         told = None
         if self.every_step:
             told = self._rows(count)
@@ -114,6 +118,7 @@ class ExplicitSolver:
             self._phase,
             (self._t, h, self._now),
             steps=count,
+            hold=hold,
             limits=(self._strain_limit, self._rate_limit),
             fresh=self._fresh,
             powers=self._powers,
@@ -165,6 +170,7 @@ class ExplicitSolver:
             self._span,
             self._look_in,
             self._stiffest,
+            self._held,
         )
         return {
             "v": self._now[1].copy(),
@@ -182,7 +188,7 @@ class ExplicitSolver:
         numbers = memory["numbers"].tolist()
         self._t, self._strain_limit, self._stable, self._peak = numbers[:4]
         self._energy, self._scale, self._gained, self._rate_limit, self._span = numbers[4:9]
-        self._look_in, self._stiffest = int(numbers[9]), numbers[10]
+        self._look_in, self._stiffest, self._held = int(numbers[9]), numbers[10], numbers[11]
         self._kernel.table.watch(WOUND_IN * self._lengths)
 
     def _places(self) -> tuple[FloatArray, FloatArray]:
@@ -205,7 +211,9 @@ class ExplicitSolver:
         states, sums = told = self._rows(min(count, 2))
         start = self._chunk.t, self._chunk.h, self._chunk.xva.copy()
         fresh, powers = self._chunk.fresh, self._chunk.powers.copy()
-        self._kernel.fly(self._phase, start, steps=count, fresh=fresh, powers=powers, told=told)
+        self._kernel.fly(
+            self._phase, start, steps=count, hold=self._chunk.hold, fresh=fresh, powers=powers, told=told
+        )
         last = self._inner(count, states[-1], share_told(sums[-1], 9))
         if count == 1:
             return self._inner(0, self._chunk.xva, NOTHING), last
@@ -231,6 +239,7 @@ class ExplicitSolver:
             rate = rate_of(self._boundless, self._system, t, *self._places())
             share = STIFF * FRACTIONS[self._options.accuracy]
             self._stiffest = share / rate if rate > 0 else math.inf
+            self._held = HELD[self._options.accuracy] / rate if rate > 0 else math.inf
         self._look_in -= 1
 
     def _limit(self, strain: float, rate: float) -> None:

@@ -14,8 +14,11 @@ bound, see `explicit.rayleigh`.
 Arrays are flat: x, v, a (3n,), node i at 3i. Force and torque about the origin of all that acts from outside stand
 together in one row (6,); nodes of reels, which are no places in space, have no part in it.
 
-All forces act in each step, by the table of forces. What a dissipative or external share does is its power on the mean
-velocity of the steps before and after the instant, v½ + h a/2: with it the kinetic energy of leapfrog balances exactly.
+All forces act in each step, by the table of forces. Those from outside that change with places and velocities alone,
+such as gravity, orbit and still air, change little in some steps: they are evaluated once for `hold` steps, at the
+place and velocity that a node has in their middle by its velocity and acceleration, and act with that value in each
+of them. What a dissipative or external share does is its power on the mean velocity of the steps before and after the
+instant, v½ + h a/2: with it the kinetic energy of leapfrog balances exactly.
 """
 
 from __future__ import annotations
@@ -54,6 +57,10 @@ class Acting(NamedTuple):
     drums: Drums
     taken: FloatArray  # (3n,), room for dissipative shares, or (0,) where there are none
     given: FloatArray  # (3n,), room for external shares, or (0,)
+    slow_rows: Rows  # of the forces that are held for some steps
+    slow: FloatArray  # (3n,), room for their sum, or (0,) where there are none
+    slow_x: FloatArray  # (3n,) or (0,), room for places and velocities in their middle
+    slow_v: FloatArray
     ahead: (
         FloatArray  # (3n,), room for velocities at the end of the step where a force asks for them, or (0,)
     )
@@ -120,6 +127,53 @@ def _evaluate(
 
 
 @njit(cache=True, fastmath=FAST)
+def _look_at_slow(
+    t: float,
+    x: FloatArray,
+    v: FloatArray,
+    h: float,
+    hold: int,
+    acting: Acting,
+    sums: FloatArray,
+) -> None:
+    """Forces that are held for so many steps from this one on into `slow`.
+
+    v is that of the middle of the step, and `slow_v` holds the acceleration before it.
+    """
+    middle, slow = 0.5 * (hold - 1) * h, acting.slow
+    for i in range(len(x)):
+        acting.slow_x[i] = x[i] + middle * v[i]
+        acting.slow_v[i] = v[i] + (middle + 0.5 * h) * acting.slow_v[i]
+        slow[i] = 0.0
+    set_time(acting.slow_rows, t + middle)
+    add_forces(
+        acting.slow_rows, acting.slow_x, acting.slow_v, acting.slow_v, slow, np.int64(0), np.int64(0), sums
+    )
+
+
+@njit(cache=True, fastmath=FAST)
+def _add_slow_wrench(x: FloatArray, slow: FloatArray, in_space: BoolArray, row: FloatArray) -> None:
+    """Row (6,) gains the slow forces and their torques."""
+    fx = fy = fz = tx = ty = tz = 0.0
+    for i in range(len(slow) // 3):
+        if in_space[i]:
+            a, b, c = slow[3 * i], slow[3 * i + 1], slow[3 * i + 2]
+            px, py, pz = x[3 * i], x[3 * i + 1], x[3 * i + 2]
+            fx += a
+            fy += b
+            fz += c
+            tx += py * c - pz * b
+            ty += pz * a - px * c
+            tz += px * b - py * a
+    row[0] += fx
+    row[1] += fy
+    row[2] += fz
+    row[3] += tx
+    row[4] += ty
+    row[5] += tz
+
+
+@njit(cache=True, fastmath=FAST)
 def _kick(
     x: FloatArray, v: FloatArray, share: FloatArray, f: FloatArray, h: float, acting: Acting, first: bool
 ) -> tuple[float, float]:
@@ -136,6 +190,8 @@ def _kick(
     for i in range(len(given)):
         brought += given[i] * (v[i] + 0.5 * h * share[i] * f[i])
         given[i] = 0.0
+    for i in range(len(acting.slow) if not first else 0):
+        brought += acting.slow[i] * (v[i] + 0.5 * h * share[i] * f[i])
     if len(taken):
         for i in range(len(x)):
             kick = h * share[i] * f[i]
@@ -160,6 +216,8 @@ def _powers(v: FloatArray, share: FloatArray, f: FloatArray, h: float, acting: A
         lost -= acting.taken[i] * (v[i] + 0.5 * h * share[i] * f[i])
     for i in range(len(acting.given)):
         brought += acting.given[i] * (v[i] + 0.5 * h * share[i] * f[i])
+    for i in range(len(acting.slow)):
+        brought += acting.slow[i] * (v[i] + 0.5 * h * share[i] * f[i])
     return lost, brought
 
 
@@ -176,6 +234,7 @@ def fly(
     t: float,
     h: float,
     steps: int,
+    hold: int,
     limits: tuple[float, float],
     fresh: bool,
     powers: FloatArray,
@@ -184,6 +243,7 @@ def fly(
     """Take `steps` steps of length h from t on, or fewer if strain or friction pass their limits; x, v, a are changed.
 
     solver : of Rayleigh damping for this h
+    hold : steps for which slow forces are held
     fresh : whether the flight begins here; else a holds the damping of the steps before
     powers : (8,), of the instant before: what was taken and given, W, and force and torque from outside of all but
         restraints; those of the last step at the end
@@ -204,8 +264,14 @@ def fly(
     way, margin, least_margin = np.inf, 0.0, LEAST_MARGIN * bodies.shortest
     acting.taken[:] = 0.0
     acting.given[:] = 0.0
+    slowly = len(acting.slow) > 0
+    if slowly:
+        acting.slow_v[:] = 0.0
+        _look_at_slow(t, x, v, 0.0, 1, acting, sums)
     if driven or fresh:
         sift(rows, x, 0.0)
+        for i in range(len(acting.slow)):
+            f[i] = acting.slow[i]
         _evaluate(t, x, v, v, acting, f, sums)
         lost, brought = hold_drums(x, v, share, f, 0.5 * h if fresh else 0.0, drums)
         if fresh:
@@ -214,6 +280,8 @@ def fly(
             powers[1] = brought + own_brought + sums[EXTERNAL]
             for k in range(6):
                 powers[OUTSIDE + k] = sums[FORCE + k]
+            if slowly:
+                _add_slow_wrench(x, acting.slow, bodies.in_space, powers[OUTSIDE:])
         if dragged:
             if fresh:
                 for c in range(len(held.entry)):
@@ -252,6 +320,9 @@ def fly(
         step += 1
         for c in range(len(held.entry)):
             x_old[c] = x[held.entry[c]]
+        if slowly and (step - 1) % hold == 0:
+            for i in range(size):
+                acting.slow_v[i] = a[i] if step == 1 else share[i] * f[i]
         # v is the middle velocity
         own_lost, own_brought = _kick(x, v, share, f, h, acting, step == 1)
         dissipated += h * own_lost
@@ -269,6 +340,11 @@ def fly(
         if not way <= margin:
             margin, way = max(LOOK * parted, least_margin), 0.0
             sift(rows, x, 1.01 * margin)  # 1 % for round-off
+        if slowly:
+            if (step - 1) % hold == 0:
+                _look_at_slow(t + step * h, x, v, h, hold, acting, sums)
+            for i in range(size):
+                f[i] = acting.slow[i]
         _evaluate(t + step * h, x, v, ahead if len(ahead) else v, acting, f, sums)
         tension = np.sqrt(sums[TENSION])
         strain = max(strain, sums[STRAIN])
@@ -281,6 +357,8 @@ def fly(
         lost, brought = hold_drums(x, v, share, f, h, drums) if len(drums.entry) else (0.0, 0.0)
         for k in range(6):
             powers[OUTSIDE + k] = sums[FORCE + k]
+        if slowly:
+            _add_slow_wrench(x, acting.slow, bodies.in_space, powers[OUTSIDE:])
         if dragged:
             for c in range(len(held.entry)):
                 speed[c] = motions[step, 1, held.motion[c]]

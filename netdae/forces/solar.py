@@ -37,7 +37,7 @@ from netdae.forces.loads import UNIFORM_LOAD, uniform_load
 from netdae.forces.protocol import Force
 from netdae.material import Cords
 from netdae.net import CableNet
-from netdae.signals import Constant, Function, Line, Signal, line_of, signal_of
+from netdae.signals import Constant, Function, Line, Signal, is_constant, line_of, signal_of
 
 TYPICAL = 1.3
 """C_R between black and dull white."""
@@ -72,6 +72,11 @@ class Light:
     def kinks(self) -> tuple[float, ...]:
         """Kinks of the Sun's direction."""
         return self.sun.kinks
+
+    @property
+    def constant(self) -> bool:
+        """Whether the Sun stands still."""
+        return is_constant(self.sun)
 
     @property
     def times(self) -> FloatArray:

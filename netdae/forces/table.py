@@ -33,6 +33,10 @@ COLUMNS = ("add", "rates", "tangents", "sift", "rests", "rate", "powers")
 """Functions of C of a row."""
 
 
+ENDED = 2
+"""What `rests` tells of a rest length that no flight survives."""
+
+
 class Rows(NamedTuple):
     """All forces for compiled code, (r,) but for the last; an address is 0 where a row does not have it."""
 
@@ -184,6 +188,7 @@ class Table:
         self.address = self._record.address
         self._curved: list[int] = []
         self._ask = _Ask(self._answer)  # kept as long as its address is
+        self._prepared: set[str] = set()
         self._sums = np.zeros(SUMS)
         self._size = n
 
@@ -207,10 +212,12 @@ class Table:
     def prepare(self, *columns: str) -> Table:
         """Have the functions of some columns compiled, or found on disk, and put them into the rows."""
         for column in columns:
+            if column in self._prepared:
+                continue
+            self._prepared.add(column)
             places = getattr(self.rows, column)
             for r, (force, row) in enumerate(zip(self.forces, self._python, strict=True)):
-                if places[r] == 0:
-                    places[r] = row.address_of(column) if row is not None else _compiled(force, column)
+                places[r] = row.address_of(column) if row is not None else _compiled(force, column)
         return self
 
     def go_on(self, begin: float, end: float, clip: Callable[[float], float]) -> None:
@@ -301,6 +308,11 @@ class Table:
         self.check()
         return sums
 
+    def check_rests(self, t: float, x: FloatArray) -> None:
+        """Raise RunError where a rest length on a reel has ended."""
+        if self.prepare("rests").rows.rests.any() and rests(self.rows, _flat(x)) == ENDED:
+            self.rest_lengths(t, x)
+
     def rest_lengths(self, t: float, x: FloatArray) -> FloatArray:
         """Rest lengths now of all that reels wind in, one behind the other, m; raises RunError where one has ended."""
         self.prepare("rests")
@@ -311,7 +323,7 @@ class Table:
             assert isinstance(force, ElementForce)
             lengths = np.empty(len(force.nodes))
             rests_of = loop_of(force.law, "rests").ctypes
-            if rests_of(record.address, flat.ctypes.data, lengths.ctypes.data) == 2:
+            if rests_of(record.address, flat.ctypes.data, lengths.ctypes.data) == ENDED:
                 raise RunError(_ended(force, t, lengths))
             found.append(lengths)
         return np.concatenate(found)

@@ -8,14 +8,13 @@ import numpy as np
 from numba import njit
 
 from netdae.addresses import call, ints
-from netdae.forces.table import Rows, rests
+from netdae.forces.table import ENDED, Rows, rests
 from netdae.ida.failures import STANDS_STILL, STUCK, WOUND_IN
 from netdae.ida.kernel import OPTIONS, RATES, between, middle, rates
 from netdae.ida.layout import RECORD, chunk_of, net_of, record_at
 from netdae.records import load
 
 _ONE_STEP = 2  # IDA_ONE_STEP
-_ENDED = 2  # what `rests` tells
 _ERRORS_FAILED = RECORD.fields["errors_failed"][1]  # type: ignore[index]
 
 
@@ -56,7 +55,7 @@ def fly(address: int, row: int, count: int, stop: float, span: float) -> int:
             break
         at = chunk.clock[0]
         times[made + 1] = at
-        if rests(rows, y[: size // 2]) == _ENDED:
+        if rests(rows, y[: size // 2]) == ENDED:
             code = WOUND_IN
             break
         made += 1
