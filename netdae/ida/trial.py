@@ -19,7 +19,6 @@ from netdae._arrays import FloatArray
 from netdae.damping import Dashpot
 from netdae.errors import RunError
 from netdae.forces.law import version_of
-from netdae.forces.loads import NodalLoad
 from netdae.ida.sundials import Unavailable, library_path
 from netdae.material import Material
 from netdae.net import CableNet
@@ -61,12 +60,10 @@ def difference(compiled: Driver, python: Driver) -> float:
 
 
 def _two_nodes() -> System:
-    nodes, groups = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]), {"ends": np.arange(2), "one": np.array([1])}
+    nodes, groups = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]), {"ends": np.arange(2)}
     net = CableNet(nodes, np.array([[0, 1]]), groups, rest_length=np.array([0.99]))
     cord = Material(youngs_modulus=1e6, density=1000.0, diameter=1e-2)
-    load = NodalLoad("one", (0.0, 1.0, -2.0))
-    damping = Dashpot(viscosity_time=1e-3)
-    return System(net, cord, masses={"ends": 0.2}, damping=damping, loads=[load])
+    return System(net, cord, masses={"ends": 0.2}, damping=Dashpot(viscosity_time=1e-3))
 
 
 def _flown(solver: Stepper, system: System) -> FloatArray:
