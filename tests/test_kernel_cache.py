@@ -9,7 +9,10 @@ from pathlib import Path
 
 import pytest
 
+import netdae
 from netdae._kernel_cache import forget_outdated
+from netdae._sources import Sources
+from netdae.forces.law import version_of
 
 INNER = "from numba import njit\n\n@njit(cache=True)\ndef inner(x):\n    return x + {gain}\n"
 OUTER = (
@@ -51,3 +54,22 @@ def test_only_newer_sources_of_kernels_count(tmp_path: Path, edited: str, kept: 
     os.utime(tmp_path / "deep" / f"{edited}.py", (300.0, 300.0))
     forget_outdated(str(tmp_path))
     assert sorted(path.name for path in cache.iterdir()) == kept
+
+
+def test_an_edit_of_a_law_outdates_its_own_kernels_and_no_driver() -> None:
+    package = Path(netdae.__file__).parent
+    sources = Sources(str(package))
+    laws = {str(package / "forces" / f"{name}.py") for name in ("cables", "drawcord", "orbit", "air", "reel")}
+    for driver in (
+        "explicit/verlet",
+        "explicit/drums",
+        "ida/newton",
+        "ida/chunk",
+        "forces/table",
+        "forces/loops",
+    ):
+        assert not sources.closure_of(str(package / f"{driver}.py")) & laws, driver
+    # laws are told apart by a hash of all that they are made of
+    assert str(package / "forces/cables.py") in sources.closure_of(str(package / "forces/reel.py"))
+    assert version_of("netdae.forces.cables") != version_of("netdae.forces.reel")
+    assert version_of("somewhere.else") == ""
