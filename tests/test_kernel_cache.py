@@ -56,7 +56,7 @@ def test_only_newer_sources_of_kernels_count(tmp_path: Path, edited: str, kept: 
     assert sorted(path.name for path in cache.iterdir()) == kept
 
 
-def test_an_edit_of_a_law_outdates_its_own_kernels_and_no_driver() -> None:
+def test_an_edit_of_a_law_outdates_its_own_kernels_and_no_step() -> None:
     package = Path(netdae.__file__).parent
     sources = Sources(str(package))
     laws = {str(package / "forces" / f"{name}.py") for name in ("cables", "drawcord", "orbit", "air", "reel")}
