@@ -64,7 +64,6 @@ def test_an_edit_of_a_law_outdates_its_own_kernels_and_no_step() -> None:
         "explicit/verlet",
         "explicit/drums",
         "ida/newton",
-        "ida/chunk",
         "forces/table",
         "forces/loops",
     ):
