@@ -1,4 +1,4 @@
-"""From elements to the net and back: gather, scatter, and the block pattern of symmetric matrices.
+"""From elements to the net: scatter, and the block pattern of symmetric matrices.
 
 Symbols: n nodes, m elements of k nodes, b blocks (3, 3) of the upper triangle, one for each pair of nodes
 that share an element and one for each node; block (I, J) has I ≤ J.
@@ -13,15 +13,6 @@ from numba import njit
 from scipy import sparse
 
 from netdae._arrays import BoolArray, FloatArray, IntArray, frozen_ints
-
-
-@njit(cache=True)
-def gather(values: FloatArray, nodes: IntArray, local: FloatArray) -> None:
-    """Aₑ: local (m, k, 3) from values (n, 3)."""
-    for e in range(nodes.shape[0]):
-        for a in range(nodes.shape[1]):
-            for c in range(3):
-                local[e, a, c] = values[nodes[e, a], c]
 
 
 @njit(cache=True)

@@ -91,7 +91,7 @@ def load(address: int, kind: type[Kind]) -> Kind:
     raise NotImplementedError("for compiled code")
 
 
-_READERS = {np.float64: floats, np.int64: ints, np.bool_: bools}
+_READERS = {np.float64: "floats", np.int64: "ints", np.bool_: "bools"}
 
 
 @overload(load)
@@ -101,7 +101,7 @@ def _load(address, kind):  # type: ignore[no-untyped-def]
     names = {"kind": kind.instance_class, "floats": floats, "ints": ints, "bools": bools}
     parts = []
     for field in fields_of(kind.instance_class):
-        reader = {np.float64: "floats", np.int64: "ints", np.bool_: "bools"}[field.kind]
+        reader = _READERS[field.kind]
         if field.axes:
             shape = ", ".join(f"w[{field.at + 1 + k}]" for k in range(field.axes))
             parts.append(f"{reader}(w[{field.at}], ({shape},))")

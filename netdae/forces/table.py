@@ -251,11 +251,6 @@ class Table:
         """The time at which Python is asked, inside the part of the phase."""
         return self._clip(float(self.rows.clock[1]))
 
-    @property
-    def failed(self) -> bool:
-        """Whether a call of Python has failed."""
-        return self.error is not None
-
     def check(self) -> None:
         """Raise what a force written in Python has raised."""
         if self.error is not None:
