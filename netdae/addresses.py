@@ -72,9 +72,3 @@ def floats(address: int, shape: Any) -> Any:
 def ints(address: int, shape: Any) -> Any:
     """Array of whole numbers at an address."""
     return carray(pointer_of(address), shape, np.int64)
-
-
-@njit(cache=True)
-def bools(address: int, shape: Any) -> Any:
-    """Array of truth values at an address."""
-    return carray(pointer_of(address), shape, np.bool_)

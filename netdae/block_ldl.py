@@ -11,37 +11,57 @@ with nodes for unknowns and 3×3 blocks for numbers: K = L D Lᵀ with unit bloc
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from netdae._arrays import BoolArray, FloatArray, IntArray
+from netdae._arrays import Flags, FloatArray, IntArray, Reals2, Reals3, Wholes, wholes
 from netdae.assembly import BlockPattern
 from netdae.errors import RunError
+
+
+class Ldl(NamedTuple):
+    """A matrix of n nodes by block columns, its factor, and room to make it; arrays may be longer than n asks for.
+
+    order : the node at each place of the elimination; diagonal : its block in K
+    """
+
+    order: Wholes  # (n,)
+    diagonal: Wholes  # (n,)
+    column_start: Wholes  # (n + 1,), where the blocks above the diagonal begin, by columns
+    row: Wholes  # (b,), place
+    source: Wholes  # (b,), block in K
+    flipped: Flags  # (b,), whether that is the transposed one
+    present: Flags  # (b,), whether it is not zero
+    parent: Wholes  # (n,), in the elimination tree
+    L_start: Wholes  # (n + 1,)
+    L_row: Wholes
+    L: Reals3
+    pivots: Reals2  # (n, 6)
+    flag: Wholes  # (n,)
+    filled: Wholes  # (n,), blocks of L in each column
+    path: Wholes  # (n,)
+    stack: Wholes  # (n,)
+    Y: Reals3  # (n, 3, 3)
+    y: Reals2  # (n, 3)
+
 
 SINGULAR = 1e-14  # a pivot over the diagonal of its block before elimination: round-off of some terms is left
 
 
 @njit(cache=True)
-def _symbolic(
-    K: FloatArray,
-    column_start: IntArray,
-    row: IntArray,
-    source: IntArray,
-    present: BoolArray,
-    parent: IntArray,
-    L_start: IntArray,
-    flag: IntArray,
-) -> None:
-    """Which couplings are there, their elimination tree, and where the columns of L start."""
-    n = len(parent)
-    L_start[:] = 0
+def _symbolic(K: FloatArray, n: int, ldl: Ldl) -> None:
+    """Which couplings of n nodes are there, their elimination tree, and where the columns of L start."""
+    present, parent, L_start, flag = ldl.present, ldl.parent, ldl.L_start, ldl.flag
+    L_start[: n + 1] = 0
     for k in range(n):
         parent[k] = -1
         flag[k] = k
-        for p in range(column_start[k], column_start[k + 1]):
-            block = K[source[p]]
+        for p in range(ldl.column_start[k], ldl.column_start[k + 1]):
+            block = K[ldl.source[p]]
             there = False
             for r in range(3):
                 for c in range(3):
@@ -49,7 +69,7 @@ def _symbolic(
             present[p] = there
             if not there:
                 continue
-            i = row[p]
+            i = ldl.row[p]
             while flag[i] != k:
                 if parent[i] == -1:
                     parent[i] = k
@@ -98,41 +118,24 @@ def _solve_pivot(pivot: FloatArray, b0: float, b1: float, b2: float) -> tuple[fl
 
 
 @njit(cache=True)
-def _numeric(
-    K: FloatArray,
-    column_start: IntArray,
-    row: IntArray,
-    source: IntArray,
-    flipped: BoolArray,
-    diagonal: IntArray,
-    present: BoolArray,
-    parent: IntArray,
-    L_start: IntArray,
-    L_row: IntArray,
-    L: FloatArray,
-    pivots: FloatArray,
-    flag: IntArray,
-    L_count: IntArray,
-    path: IntArray,
-    stack: IntArray,
-    Y: FloatArray,
-) -> int:
+def _numeric(K: FloatArray, n: int, ldl: Ldl) -> int:
     """L and the factored pivots D by rows; the number of the first singular pivot, or −1."""
-    n = len(parent)
+    parent, flag, path, stack, Y = ldl.parent, ldl.flag, ldl.path, ldl.stack, ldl.Y
+    L_start, L_row, L_count, L, pivots = ldl.L_start, ldl.L_row, ldl.filled, ldl.L, ldl.pivots
     D = np.empty((3, 3))
     for k in range(n):
         L_count[k] = 0
         top = n
         flag[k] = k
         Y[k] = 0.0
-        for p in range(column_start[k], column_start[k + 1]):
-            if not present[p]:
+        for p in range(ldl.column_start[k], ldl.column_start[k + 1]):
+            if not ldl.present[p]:
                 continue
-            i = row[p]
-            block = K[source[p]]
+            i = ldl.row[p]
+            block = K[ldl.source[p]]
             for r in range(3):
                 for c in range(3):
-                    Y[i, r, c] = block[c, r] if flipped[p] else block[r, c]
+                    Y[i, r, c] = block[c, r] if ldl.flipped[p] else block[r, c]
             length = 0
             while flag[i] != k:
                 path[length] = i
@@ -143,7 +146,10 @@ def _numeric(
                 top -= 1
                 length -= 1
                 stack[top] = path[length]
-        D[:] = K[diagonal[k]]
+        own = K[ldl.diagonal[k]]
+        for r in range(3):
+            for c in range(3):
+                D[r, c] = own[r, c]
         scale = max(abs(D[0, 0]), abs(D[1, 1]), abs(D[2, 2]))
         for q in range(top, n):
             i = stack[q]
@@ -176,17 +182,9 @@ def _numeric(
 
 
 @njit(cache=True)
-def _solve(
-    order: IntArray,
-    L_start: IntArray,
-    L_row: IntArray,
-    L: FloatArray,
-    pivots: FloatArray,
-    b: FloatArray,
-    y: FloatArray,
-) -> None:
-    """b (n, 3) becomes K⁻¹ b; y (n, 3) is room to work in."""
-    n = len(order)
+def _solve(n: int, ldl: Ldl, b: FloatArray) -> None:
+    """The rows of b (·, 3) of the n nodes become those of K⁻¹ b."""
+    order, L_start, L_row, L, pivots, y = ldl.order, ldl.L_start, ldl.L_row, ldl.L, ldl.pivots, ldl.y
     for k in range(n):
         for c in range(3):
             y[k, c] = b[order[k], c]
@@ -225,66 +223,57 @@ class BlockLdl:
     """LDLᵀ of symmetric block matrices with blocks in `pattern`, of which some may be zero for a time."""
 
     def __init__(self, pattern: BlockPattern) -> None:
-        n = pattern.node_count
-        self._order = minimum_degree_order(pattern)
+        n = self._size = pattern.node_count
+        order = minimum_degree_order(pattern)
         place = np.empty(n, dtype=np.int64)
-        place[self._order] = np.arange(n)
+        place[order] = np.arange(n)
         rows, columns = place[pattern.rows], place[pattern.columns]
         blocks = np.arange(len(rows))
         on_diagonal = rows == columns
-        self._diagonal = np.empty(n, dtype=np.int64)
-        self._diagonal[rows[on_diagonal]] = blocks[on_diagonal]
+        diagonal = np.empty(n, dtype=np.int64)
+        diagonal[rows[on_diagonal]] = blocks[on_diagonal]
         off = np.flatnonzero(~on_diagonal)
         upper_row, upper_column = np.minimum(rows, columns)[off], np.maximum(rows, columns)[off]
         by_column = np.lexsort((upper_row, upper_column))
-        self._source = off[by_column]
-        self._row = upper_row[by_column]
-        self._flipped = (rows > columns)[self._source]
-        self._column_start = np.searchsorted(upper_column[by_column], np.arange(n + 1))
-        self._present = np.ones(len(off), dtype=np.bool_)
-        self._parent, self._flag, self._count, self._path, self._stack = np.empty((5, n), dtype=np.int64)
-        self._L_start = np.zeros(n + 1, dtype=np.int64)
-        _symbolic(np.ones((len(rows), 3, 3)), *self._graph(), self._parent, self._L_start, self._flag)
-        self._L_row = np.empty(self._L_start[-1], dtype=np.int64)
-        self._L = np.empty((self._L_start[-1], 3, 3))
-        self._pivots = np.empty((n, 6))
-        self._Y = np.zeros((n, 3, 3))
-        self._y = np.empty((n, 3))
-
-    def _graph(self) -> tuple[IntArray, IntArray, IntArray, BoolArray]:
-        return self._column_start, self._row, self._source, self._present
+        source = off[by_column]
+        empty = Ldl(
+            order=order,
+            diagonal=diagonal,
+            column_start=np.searchsorted(upper_column[by_column], np.arange(n + 1)),
+            row=upper_row[by_column],
+            source=source,
+            flipped=(rows > columns)[source],
+            present=np.ones(len(off), dtype=np.bool_),
+            parent=wholes(n),
+            L_start=wholes(n + 1),
+            L_row=wholes(0),
+            L=np.empty((0, 3, 3)),
+            pivots=np.empty((n, 6)),
+            flag=wholes(n),
+            filled=wholes(n),
+            path=wholes(n),
+            stack=wholes(n),
+            Y=np.zeros((n, 3, 3)),
+            y=np.empty((n, 3)),
+        )
+        _symbolic(np.ones((len(rows), 3, 3)), n, empty)
+        count = empty.L_start[-1]
+        self.ldl = empty._replace(L_row=wholes(count), L=np.empty((count, 3, 3)))
 
     @property
     def block_count(self) -> int:
         """Number of 3×3 blocks below the diagonal of L in the present factor."""
-        return int(self._L_start[-1])
+        return int(self.ldl.L_start[-1])
 
     def factor(self, K: FloatArray) -> None:
         """Factor the matrix with the upper blocks K (b, 3, 3); raises RunError if it is singular."""
-        _symbolic(K, *self._graph(), self._parent, self._L_start, self._flag)
-        singular = _numeric(
-            K,
-            self._column_start,
-            self._row,
-            self._source,
-            self._flipped,
-            self._diagonal,
-            self._present,
-            self._parent,
-            self._L_start,
-            self._L_row,
-            self._L,
-            self._pivots,
-            self._flag,
-            self._count,
-            self._path,
-            self._stack,
-            self._Y,
-        )
+        _symbolic(K, self._size, self.ldl)
+        singular = _numeric(K, self._size, self.ldl)
         if singular >= 0:
-            raise RunError(f"the Newton matrix is singular at node {self._order[singular]}: nothing holds it")
+            node = self.ldl.order[singular]
+            raise RunError(f"the Newton matrix is singular at node {node}: nothing holds it")
 
     def solve(self, right: FloatArray) -> FloatArray:
         """Solution (n, 3) for a right-hand side (n, 3), written over it."""
-        _solve(self._order, self._L_start, self._L_row, self._L, self._pivots, right, self._y)
+        _solve(self._size, self.ldl, right)
         return right

@@ -25,7 +25,7 @@ from netdae.ida import dyads as ida_dyads
 from netdae.ida import memory as ida_memory
 from netdae.ida import native as native_ida
 from netdae.ida.kernel import RATES, rates, residual
-from netdae.ida.layout import dyads_of, matrix_of, net_of, record_at
+from netdae.ida.layout import dyads_of, ldl_of, matrix_of, net_of, record_at
 from netdae.ida.native import NativeIda, ida_stepper
 from netdae.ida.newton import assemble, factor, solve
 from netdae.linear_solver import CondensedSolver
@@ -167,15 +167,15 @@ def _rates(address, t, y, out):
 @njit
 def _setup(address, t, y, cj):
     u = record_at(address)
-    net, matrix = net_of(u), matrix_of(u)
-    assemble(t, y, cj, net, matrix)
-    return factor(cj, net, matrix, dyads_of(u))
+    matrix, ldl = matrix_of(u), ldl_of(u)
+    assemble(t, y, cj, net_of(u), matrix, ldl)
+    return factor(cj, matrix, ldl, dyads_of(u))
 
 
 @njit
 def _solve(address, r, cj, now, z):
     u = record_at(address)
-    solve(r, cj, now, net_of(u), matrix_of(u), dyads_of(u), z)
+    solve(r, cj, now, net_of(u), matrix_of(u), ldl_of(u), dyads_of(u), z)
 
 
 def compiled_of(system, x):

@@ -129,14 +129,15 @@ class ElementForce:
         """
         (m, k), law = nodes.shape, self.law
         side = 3 if law.pair else 3 * k
-        tangents, dyads = (m * side * side,) * 2, 0
+        tangents, links, dyads = m * side * side, 0, 0
         if self.newton == "links":
-            tangents, dyads = (36 * len(self.links), 0), 3 * k * law.ranks(self.parameters)
+            links = len(self.links)
+            tangents, dyads = 36 * links, 3 * k * law.ranks(self.parameters)
         elif law.tangent is None:
-            tangents = (0, 0)
+            tangents = 0
         least = m if watched and law.rest is not None else 0
         address = self._kept.address
-        return elements_of(address, nodes, in_space, tangents=tangents, dyads=dyads, least=least)
+        return elements_of(address, nodes, in_space, tangents=tangents, links=links, dyads=dyads, least=least)
 
     @cached_property
     def _kept(self) -> Record:

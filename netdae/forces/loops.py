@@ -48,13 +48,15 @@ def elements_of(
     nodes: IntArray,
     in_space: BoolArray,
     *,
-    tangents: tuple[int, int] = (0, 0),
+    tangents: int = 0,
+    links: int = 0,
     dyads: int = 0,
     least: int = 0,
 ) -> Record:
     """The record of some elements with nodes (m, k).
 
-    tangents : numbers in K and in C; dyads : numbers in the vectors of each side; least : lengths that are watched
+    tangents : numbers in K, and in C; links : how many there are, which act all or none
+    dyads : numbers in the vectors of each side; least : lengths that are watched
     """
     m, k = nodes.shape
     return Record(
@@ -66,9 +68,9 @@ def elements_of(
             near=np.arange(m),
             counts=np.array([m, 0]),
             least=np.zeros(least),
-            active=wholes(m),
-            K=np.zeros(tangents[0]),
-            C=np.zeros(tangents[1]),
+            active=np.arange(max(m, links)),
+            K=np.zeros(tangents),
+            C=np.zeros(tangents),
             left=np.zeros(dyads),
             by_x=np.zeros(dyads),
             by_v=np.zeros(dyads),

@@ -36,7 +36,7 @@ class PythonRow:
         self._nodes: IntArray = np.asarray(force.nodes, dtype=np.int64)
         m, k = self._nodes.shape
         tangents = m * 9 * k * k if force.newton == "symmetric" else 0
-        self.elements = elements_of(0, self._nodes, in_space, tangents=(tangents, tangents))
+        self.elements = elements_of(0, self._nodes, in_space, tangents=tangents)
         self._calls = {
             "add": _Add(self._add),
             "rates": _Rates(self._rates),

@@ -11,7 +11,7 @@ from netdae._arrays import FloatArray
 from netdae.addresses import address_of, call, floats, ints
 from netdae.forces.table import Rows, set_time
 from netdae.ida.kernel import OPTIONS, Net, residual
-from netdae.ida.layout import chunk_of, dyads_of, matrix_of, net_of, record_at
+from netdae.ida.layout import chunk_of, dyads_of, ldl_of, matrix_of, net_of, record_at
 from netdae.ida.newton import assemble, factor, solve
 from netdae.records import load
 
@@ -52,10 +52,10 @@ def on_residual(t, y, yp, F, user):  # type: ignore[no-untyped-def]
 def on_jacobian(t, cj, y, yp, F, J, user, one, two, three):  # type: ignore[no-untyped-def]
     """IDALsJacFn: K made and factored, J itself left alone."""
     u = record_at(address_of(user))
-    net, matrix = net_of(u), matrix_of(u)
-    u.singular = assemble(t, data_of(address_of(y), 6 * u.n), cj, net, matrix)
+    matrix, ldl = matrix_of(u), ldl_of(u)
+    u.singular = assemble(t, data_of(address_of(y), 6 * u.n), cj, net_of(u), matrix, ldl)
     if u.singular == -1:
-        u.singular = factor(cj, net, matrix, dyads_of(u))
+        u.singular = factor(cj, matrix, ldl, dyads_of(u))
     u.cj = cj
     u.setups += 1
     return 0 if u.singular == -1 else -1
@@ -111,7 +111,7 @@ def on_newton(solver, start, correction, weights, tolerance, wants_setup, memory
     predicted, slope = data_of(data[1], size), data_of(data[2], size)
     y, yp, F = data_of(data[3], size), data_of(data[4], size), data_of(data[5], size)
     e, z = data_of(address_of(correction), size), chunk.z
-    net, matrix, dyads = net_of(u), matrix_of(u), dyads_of(u)
+    net, matrix, ldl, dyads = net_of(u), matrix_of(u), ldl_of(u), dyads_of(u)
     setup, fresh, iteration = wants_setup != 0, False, 0
     e[:] = 0.0
     put_asked_axes(t, predicted, net, e)
@@ -129,7 +129,7 @@ def on_newton(solver, start, correction, weights, tolerance, wants_setup, memory
             if code != 0:
                 return code
             setup, fresh = False, True
-        solve(F, u.cj, cj, net, matrix, dyads, z)
+        solve(F, u.cj, cj, net, matrix, ldl, dyads, z)
         u.solves += 1
         for k in range(size):
             e[k] -= z[k]

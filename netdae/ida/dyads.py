@@ -11,6 +11,7 @@ from typing import NamedTuple
 from numba import njit
 
 from netdae._arrays import FloatArray, IntArray, Reals, Reals2, Wholes
+from netdae.block_ldl import Ldl
 from netdae.forces.law import OPTIONS as LAWS_OPTIONS
 from netdae.forces.loops import Elements
 from netdae.records import load
@@ -35,30 +36,24 @@ class Dyads(NamedTuple):
 
 
 @njit(**OPTIONS)
-def factor_dyads(
-    dyads: Dyads,
-    cj: float,
-    free: FloatArray,
-    members: IntArray,
-    L_start: IntArray,
-    L_row: IntArray,
-    L: FloatArray,
-    pivots: FloatArray,
-) -> bool:
+def factor_dyads(dyads: Dyads, cj: float, free: FloatArray, n: int, ldl: Ldl) -> bool:
     """Make Z and I − Qᵀ Z with the factor of A, see `block_ldl`; False if that is singular.
 
     Of the tangents by_x becomes q_T + c_j q_D, and left is zeroed on restrained axes.
     """
-    count, Z, W = 0, dyads.Z, dyads.W
+    Z, W = dyads.Z, dyads.W
+    dyads.number[0] = 0
     for c in range(len(dyads.elements)):
         el = load(dyads.elements[c], Elements)
         for d in range(el.rank[0]):
-            dyads.owner[count], dyads.first[count] = dyads.elements[c], 3 * d * el.nodes.shape[1]
-            count += 1
-    dyads.number[0] = count
+            q = dyads.number[0]
+            dyads.owner[q], dyads.first[q] = dyads.elements[c], 3 * d * el.nodes.shape[1]
+            dyads.number[0] += 1
+    count = dyads.number[0]
     if count == 0:
         return True
-    for i in members:
+    for k in range(n):
+        i = ldl.order[k]
         for c in range(3):
             for d in range(count):
                 Z[3 * i + c, d] = 0.0
@@ -71,7 +66,7 @@ def factor_dyads(
                 if len(free):
                     el.left[q + c] *= free[i + c]
                 Z[i + c, d] = el.left[q + c]
-    _solve_many(members, L_start, L_row, L, pivots, Z, count)
+    _solve_many(n, ldl, Z, count)
     for d in range(count):
         el, at = load(dyads.owner[d], Elements), dyads.first[d]
         for e in range(count):
@@ -85,17 +80,9 @@ def factor_dyads(
 
 
 @njit(**OPTIONS)
-def _solve_many(
-    members: IntArray,
-    L_start: IntArray,
-    L_row: IntArray,
-    L: FloatArray,
-    pivots: FloatArray,
-    Z: FloatArray,
-    count: int,
-) -> None:
+def _solve_many(n: int, ldl: Ldl, Z: FloatArray, count: int) -> None:
     """The members' rows of the first columns of Z (3n, r) become those of A⁻¹ Z, as `block_ldl` solves for one."""
-    n = len(members)
+    members, L_start, L_row, L, pivots = ldl.order, ldl.L_start, ldl.L_row, ldl.L, ldl.pivots
     for k in range(n):
         a = 3 * members[k]
         for p in range(L_start[k], L_start[k + 1]):

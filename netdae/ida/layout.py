@@ -12,12 +12,13 @@ from numba import carray, njit
 
 from netdae._arrays import Reals, Reals2, Wholes
 from netdae.addresses import pointer_of
+from netdae.block_ldl import Ldl
 from netdae.ida.dyads import Dyads
 from netdae.ida.kernel import Net
 from netdae.ida.newton import Matrix
 from netdae.records import load
 
-_PARTS = "net matrix dyads chunk"
+_PARTS = "net matrix ldl dyads chunk"
 _OF_SUNDIALS = "ida_solve system_data error_test_fails on_setup on_test memory y yp correction"
 _COUNTS = """
     residuals setups solves errors_failed newton_failed not_finite singular made stuck iteration
@@ -62,6 +63,12 @@ def net_of(u: Any) -> Net:
 def matrix_of(u: Any) -> Matrix:
     """The Newton matrix of a record."""
     return load(u.matrix, Matrix)
+
+
+@njit(cache=True)
+def ldl_of(u: Any) -> Ldl:
+    """The factor of a record's Newton matrix."""
+    return load(u.ldl, Ldl)
 
 
 @njit(cache=True)

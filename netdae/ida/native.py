@@ -15,7 +15,7 @@ from collections import Counter, defaultdict
 from collections.abc import Mapping
 from functools import cache
 from time import perf_counter
-from typing import Any, ClassVar, cast
+from typing import ClassVar, cast
 
 import numpy as np
 
@@ -64,19 +64,15 @@ def ida_stepper(system: System, drive: Drive, options: SolverOptions) -> Stepper
         except Unavailable as reason:
             note = f"IDA was driven from Python, which takes 3 to 17 times as long: {reason}"
             logger.info(note)
-    return cast(Stepper, _python_driver()(system, drive, options, note=note))
+    from netdae.ida.stepper import IdaSolver  # scikit-sundae is slow to load
+
+    return cast(Stepper, IdaSolver(system, drive, options, note=note))
 
 
 @cache
 def _check_library() -> None:
     """Raise Unavailable where the compiled driver is not to be trusted with the library that is there."""
-    check_agreement(NativeIda, lambda *flight: _python_driver()(*flight))
-
-
-def _python_driver() -> Any:
-    from netdae.ida.stepper import IdaSolver  # scikit-sundae is slow to load
-
-    return IdaSolver
+    check_agreement(NativeIda)
 
 
 def check_knows(system: System) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from netdae._arrays import FloatArray, IntArray, wholes
 from netdae.assembly import scatter_blocks
-from netdae.block_ldl import BlockLdl
+from netdae.block_ldl import BlockLdl, Ldl
 from netdae.forces.elements import ElementForce
 from netdae.forces.loops import SUMS
 from netdae.forces.protocol import Force
@@ -44,10 +44,12 @@ class IdaRecord:
         self.table = Table(system.forces, system.in_space, held=self._hold if curved else None)
         self.table.prepare("add", "rates", "tangents", "sift", "rests")
         self._net = Record(_net_of(system, self.table, self._entry, asks_held=curved))
-        couplings, links = _couplings_of(system, self.table)
+        couplings, couples = _couplings_of(system, self.table)
         self._couplings = [Record(each) for each in couplings]
         addresses = np.array([each.address for each in self._couplings], dtype=np.int64)
-        self._matrix = Record(_matrix_of(system, drive, addresses, whole=self.whole, links=links))
+        ldl = BlockLdl(system.pattern).ldl
+        self._matrix = Record(_matrix_of(system, drive, addresses, ldl, whole=self.whole, couples=couples))
+        self._ldl = Record(_with_room(ldl, couples))
         self._dyads = Record(_dyads_of(system, self.table))
         self._chunk = Record(_chunk_of(rows, 6 * len(system.mass)))
         self.chunk: Chunk = self._chunk.values
@@ -56,6 +58,7 @@ class IdaRecord:
             n=len(system.mass),
             net=self._net.address,
             matrix=self._matrix.address,
+            ldl=self._ldl.address,
             dyads=self._dyads.address,
             chunk=self._chunk.address,
             rtol=rtol,
@@ -124,22 +127,24 @@ def _couplings_of(system: System, table: Table) -> tuple[list[Coupling], int]:
         nodes = coupled_by(force)
         if nodes is None:
             continue
-        kind, ends = ELEMENTS, np.zeros((0, 0, 0), dtype=np.int64)
+        kind = ELEMENTS
         if _is_steady(force):
             kind = STEADY
         elif force.newton == "links":
-            kind, ends = LINKS, 3 * nodes[:, :, None]
+            kind = LINKS
         elif isinstance(force, ElementForce) and force.law.pair:
             kind = PAIRS
         m, k = nodes.shape
         couples += m * k * (k - 1) // 2
-        found.append(Coupling(kind, record.address, row, system.pattern.places_of(nodes), ends))
+        found.append(Coupling(kind, record.address, row, 3 * nodes, system.pattern.places_of(nodes)))
     return found, couples
 
 
-def _matrix_of(system: System, drive: Drive, couplings: IntArray, *, whole: bool, links: int) -> Matrix:
+def _matrix_of(
+    system: System, drive: Drive, couplings: IntArray, ldl: Ldl, *, whole: bool, couples: int
+) -> Matrix:
     pattern, n = system.pattern, len(system.mass)
-    ldl, blocks = BlockLdl(pattern), len(pattern.rows)
+    blocks = len(pattern.rows)
     on = pattern.rows == pattern.columns
     diagonal = np.zeros(n, dtype=np.int64)
     diagonal[pattern.rows[on]] = np.flatnonzero(on)
@@ -148,7 +153,6 @@ def _matrix_of(system: System, drive: Drive, couplings: IntArray, *, whole: bool
         constant, held = _constant_of(system), system.restrained
         constant[held[pattern.rows][:, :, None] | held[pattern.columns][:, None, :]] = 0.0
     mass = np.repeat(system.mass, 3)
-    off = max(len(ldl._row), links)  # where two cables join the same nodes they share one block
     return Matrix(
         couplings=couplings,
         K=np.zeros((blocks, 3, 3)),
@@ -156,32 +160,21 @@ def _matrix_of(system: System, drive: Drive, couplings: IntArray, *, whole: bool
         diagonal=diagonal,
         free=(~drive.mask).ravel().astype(np.float64) if drive.mask.any() else np.zeros(0),
         inverse=np.divide(1.0, mass, out=np.zeros_like(mass), where=mass > 0),
-        counts=np.array([0, n, len(ldl._row)] if whole else [0, 0, 0]),
-        low=wholes(off),
-        high=wholes(off),
-        block=wholes(off),
-        order=ldl._order,
+        counts=np.array([0, n if whole else 0]),
+        low=wholes(couples),
+        high=wholes(couples),
+        block=wholes(couples),
+        order=ldl.order,
         place=np.full(n, -1),
-        members=ldl._order,
-        member_diagonal=ldl._diagonal,
-        column_start=ldl._column_start,
-        row=np.resize(ldl._row, off),
-        source=np.resize(ldl._source, off),
-        flipped=np.resize(ldl._flipped, off),
-        present=np.zeros(off, dtype=np.bool_),
-        parent=ldl._parent,
-        L_start=ldl._L_start,
-        L_row=ldl._L_row,
-        L=ldl._L,
-        pivots=ldl._pivots,
-        flag=ldl._flag,
-        L_count=ldl._count,
-        path=ldl._path,
-        stack=ldl._stack,
-        Y=ldl._Y,
-        y=ldl._y,
         right=np.zeros(3 * n),
     )
+
+
+def _with_room(ldl: Ldl, couples: int) -> Ldl:
+    """Where two cables join the same nodes they share one block, and stand in the graph twice."""
+    blocks = max(len(ldl.row), couples)
+    names = "row", "source", "flipped", "present"
+    return ldl._replace(**{name: np.resize(getattr(ldl, name), blocks) for name in names})
 
 
 def _constant_of(system: System) -> FloatArray:
