@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from netdae._arrays import FloatArray, IntArray
+from netdae._arrays import FloatArray, Wholes
 from netdae.addresses import call
 from netdae.forces.elements import ElementForce
 from netdae.forces.law import OPTIONS
@@ -31,11 +31,11 @@ ITERATIONS = 60  # bisection alone is at round-off by then
 class Drums(NamedTuple):
     """Drums that something holds or turns; q elements act on d drums, those of each one behind the other."""
 
-    entry: IntArray  # (d,), of the drum in x
-    begin: IntArray  # (d + 1,), where its elements begin
-    function: IntArray  # (q,), address of the law's function, see `forces.loops`
-    elements: IntArray  # (q,), address of the force's Elements
-    element: IntArray  # (q,), which of them
+    entry: Wholes  # (d,), of the drum in x
+    begin: Wholes  # (d + 1,), where its elements begin
+    function: Wholes  # (q,), address of the law's function, see `forces.loops`
+    elements: Wholes  # (q,), address of the force's Elements
+    element: Wholes  # (q,), which of them
 
 
 def drums_of(forces: Sequence[ElementForce], records: Sequence[Record]) -> Drums:

@@ -14,6 +14,7 @@ from netdae.forces.elements import ElementForce
 from netdae.forces.protocol import Force
 from netdae.forces.table import Table
 from netdae.motions import Fixed
+from netdae.records import Record
 from netdae.restraints import Drive
 from netdae.signals import is_constant
 from netdae.system import System
@@ -39,27 +40,30 @@ class Kernel:
         mass = np.repeat(system.mass, 3)
         self._drive = drive
         self.look_at_anchors()
-        self.entries = self._held.entry
+        self.entries = self._held.values.entry
         share = np.divide(1.0, mass, out=np.zeros_like(mass), where=mass > 0)
         share[self.entries] = 0.0
         drags = drags_of([force for force in apart if force.law.steady], len(mass))
         self._damping = ImplicitDamping(drags, mass, self.entries)
         shortest = float(system.net.rest_length.min(initial=math.inf))
-        self._bodies = Bodies(mass, share, system.in_space.copy(), shortest)
+        self._bodies = Record(Bodies(mass, share, system.in_space, shortest))
         self.rubs = any(law.rate is not None and force.parameters.friction > 0 for force, law in laws)
         taken, given = (_room(len(mass), _any_has(forces, name)) for name in ("dissipative", "external"))
-        self._acting = Acting(
-            rows=self.table.rows,
-            drums=drums_of(drums, self._on_drums),
-            taken=taken,
-            given=given,
-            slow_rows=self._slow_table.rows,
-            slow=_room(len(mass), bool(slow)),
-            slow_x=_room(len(mass), bool(slow)),
-            slow_v=_room(len(mass), bool(slow)),
-            ahead=_room(len(mass), bool(self.table.rows.ahead.any())),
-            in_python=any(not isinstance(force, ElementForce) for force in forces),
-            rubs=self.rubs,
+        self._drums = Record(drums_of(drums, self._on_drums))
+        self._acting = Record(
+            Acting(
+                rows=self.table.address,
+                drums=self._drums.address,
+                taken=taken,
+                given=given,
+                slow_rows=self._slow_table.address,
+                slow=_room(len(mass), bool(slow)),
+                slow_x=_room(len(mass), bool(slow)),
+                slow_v=_room(len(mass), bool(slow)),
+                ahead=_room(len(mass), bool(self.table.rows.ahead.any())),
+                in_python=any(not isinstance(force, ElementForce) for force in forces),
+                rubs=self.rubs,
+            )
         )
         self._motions = [r.motion for r in drive.restraints]
         self._fixed = all(isinstance(each, Fixed) for each in self._motions)
@@ -68,7 +72,7 @@ class Kernel:
 
     def look_at_anchors(self) -> None:
         """Take those of the drive, which a flight that is resumed puts in their place before it enters a phase."""
-        self._held = _held_of(self._drive)
+        self._held = Record(_held_of(self._drive))
 
     def go_on(self, part: System, t: float) -> None:
         """Go on at t in a part of a phase."""
@@ -106,9 +110,11 @@ class Kernel:
             motions = np.array(moves)
         if told is None:
             told = self._nothing_told
-        bound = self._bodies, self._acting, self._held, self._damping.at(h)
+        addresses = self._bodies.address, self._acting.address, self._held.address
         before = np.zeros(POWERS) if powers is None else powers
-        tally = fly(x, v, a, *bound, motions, t, h, steps, hold, limits, fresh, before, told)
+        tally = fly(
+            x, v, a, addresses, self._damping.at(h), motions, t, h, steps, hold, limits, fresh, before, told
+        )
         self.table.check()
         return tally
 

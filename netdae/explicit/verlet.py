@@ -23,18 +23,24 @@ instant, v½ + h a/2: with it the kinetic energy of leapfrog balances exactly.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
 
-from netdae._arrays import BoolArray, FloatArray, IntArray
+from netdae._arrays import BoolArray, Flags, FloatArray, Reals, Wholes
 from netdae.explicit.drums import Drums, hold_drums
 from netdae.explicit.rayleigh import Solver, damp, drag_all
 from netdae.forces.law import FAST
 from netdae.forces.loops import DISSIPATED, EXTERNAL, FORCE, STRAIN, SUMS, TENSION
 from netdae.forces.table import Rows, add_forces, add_powers, friction_rate, rests, set_time, sift
+from netdae.records import load
 
+INLINED: dict[str, Any] = {
+    "cache": True,
+    "fastmath": FAST,
+    "forceinline": True,  # else each array counts its references at each call
+}
 LOOK = 32  # steps for which the near elements are found; 12 to 96 differ by less than 5 %
 LEAST_MARGIN = 1e-4  # of the shortest cable: for a net that begins to move
 OUTSIDE = 2  # where force and torque from outside begin in `powers`
@@ -44,26 +50,24 @@ POWERS = OUTSIDE + 6
 class Bodies(NamedTuple):
     """What moves."""
 
-    mass: FloatArray  # (3n,), kg
-    share: FloatArray  # (3n,), 1/mass, zero on restrained axes
-    in_space: BoolArray  # (n,), False for nodes of reels
+    mass: Reals  # (3n,), kg
+    share: Reals  # (3n,), 1/mass, zero on restrained axes
+    in_space: Flags  # (n,), False for nodes of reels
     shortest: float  # m, of the cables
 
 
 class Acting(NamedTuple):
     """What acts: the table's forces, and those that are taken at the end of the step."""
 
-    rows: Rows
-    drums: Drums
-    taken: FloatArray  # (3n,), room for dissipative shares, or (0,) where there are none
-    given: FloatArray  # (3n,), room for external shares, or (0,)
-    slow_rows: Rows  # of the forces that are held for some steps
-    slow: FloatArray  # (3n,), room for their sum, or (0,) where there are none
-    slow_x: FloatArray  # (3n,) or (0,), room for places and velocities in their middle
-    slow_v: FloatArray
-    ahead: (
-        FloatArray  # (3n,), room for velocities at the end of the step where a force asks for them, or (0,)
-    )
+    rows: int  # address of the table's
+    drums: int  # address of the Drums
+    taken: Reals  # (3n,), room for dissipative shares, or (0,) where there are none
+    given: Reals  # (3n,), room for external shares, or (0,)
+    slow_rows: int  # address of those of the forces that are held for some steps
+    slow: Reals  # (3n,), room for their sum, or (0,) where there are none
+    slow_x: Reals  # (3n,) or (0,), room for places and velocities in their middle
+    slow_v: Reals
+    ahead: Reals  # (3n,), room for velocities at the end of the step where a force asks for them, or (0,)
     in_python: bool  # whether any force is written in Python
     rubs: bool  # whether friction bounds the step
 
@@ -71,9 +75,9 @@ class Acting(NamedTuple):
 class Held(NamedTuple):
     """Restrained axes: entries of x, their anchors, and which component of which motion drives them."""
 
-    entry: IntArray  # (c,)
-    anchor: FloatArray  # (c,), m
-    motion: IntArray  # (c,)
+    entry: Wholes  # (c,)
+    anchor: Reals  # (c,), m
+    motion: Wholes  # (c,)
 
 
 class Tally(NamedTuple):
@@ -91,7 +95,7 @@ class Tally(NamedTuple):
     rate: float  # the largest of friction, 1/s
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(**INLINED)
 def speed_of(v: FloatArray) -> float:
     """Largest |v| of all entries: without sign, floats order as their bits do, which processors compare at once."""
     bits = v.view(np.int64)
@@ -101,7 +105,7 @@ def speed_of(v: FloatArray) -> float:
     return np.int64(top).view(np.float64)
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(**INLINED)
 def _evaluate(
     t: float,
     x: FloatArray,
@@ -115,15 +119,16 @@ def _evaluate(
     sums[:] = 0.0
     sums[STRAIN] = -np.inf
     taken, given = acting.taken, acting.given
-    set_time(acting.rows, t)
+    rows = load(acting.rows, Rows)
+    set_time(rows, t)
     of_taken, of_given = np.int64(0), np.int64(0)
     if len(taken):
         of_taken = np.int64(taken.ctypes.data)
     if len(given):
         of_given = np.int64(given.ctypes.data)
-    add_forces(acting.rows, x, v, ahead, f, of_taken, of_given, sums)
+    add_forces(rows, x, v, ahead, f, of_taken, of_given, sums)
     if acting.in_python:
-        add_powers(acting.rows, x, ahead, sums)
+        add_powers(rows, x, ahead, sums)
 
 
 @njit(cache=True, fastmath=FAST)
@@ -145,10 +150,9 @@ def _look_at_slow(
         acting.slow_x[i] = x[i] + middle * v[i]
         acting.slow_v[i] = v[i] + (middle + 0.5 * h) * acting.slow_v[i]
         slow[i] = 0.0
-    set_time(acting.slow_rows, t + middle)
-    add_forces(
-        acting.slow_rows, acting.slow_x, acting.slow_v, acting.slow_v, slow, np.int64(0), np.int64(0), sums
-    )
+    rows = load(acting.slow_rows, Rows)
+    set_time(rows, t + middle)
+    add_forces(rows, acting.slow_x, acting.slow_v, acting.slow_v, slow, np.int64(0), np.int64(0), sums)
 
 
 @njit(cache=True, fastmath=FAST)
@@ -173,7 +177,7 @@ def _add_slow_wrench(x: FloatArray, slow: FloatArray, in_space: BoolArray, row: 
     row[5] += tz
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(**INLINED)
 def _kick(
     x: FloatArray, v: FloatArray, share: FloatArray, f: FloatArray, h: float, acting: Acting, first: bool
 ) -> tuple[float, float]:
@@ -226,9 +230,7 @@ def fly(
     x: FloatArray,
     v: FloatArray,
     a: FloatArray,
-    bodies: Bodies,
-    acting: Acting,
-    held: Held,
+    addresses: tuple[int, int, int],
     solver: Solver,
     motions: FloatArray,
     t: float,
@@ -242,6 +244,7 @@ def fly(
 ) -> Tally:
     """Take `steps` steps of length h from t on, or fewer if strain or friction pass their limits; x, v, a are changed.
 
+    addresses : of the Bodies, the Acting and the Held
     solver : of Rayleigh damping for this h
     hold : steps for which slow forces are held
     fresh : whether the flight begins here; else a holds the damping of the steps before
@@ -252,7 +255,9 @@ def fly(
     told : (r, 3, 3n) and (r, 10), to be filled with x, v, a after each of the last r of the steps asked for, and with
         dissipated energy, work and impulse up to then, the largest tension at it and that up to then
     """
-    rows, drums, ahead, rubs = acting.rows, acting.drums, acting.ahead, acting.rubs
+    bodies, acting, held = load(addresses[0], Bodies), load(addresses[1], Acting), load(addresses[2], Held)
+    rows, drums = load(acting.rows, Rows), load(acting.drums, Drums)
+    ahead, rubs = acting.ahead, acting.rubs
     share, size, (states, totals) = bodies.share, len(x), told
     f, viscous, sums = np.zeros(size), np.zeros(size), np.zeros(SUMS)
     dragged, braked = solver.damps, len(solver.rest.alpha) > 0

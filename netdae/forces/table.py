@@ -28,6 +28,7 @@ from netdae.records import Record
 from netdae.signals import line_of
 
 COMPILED: dict[str, Any] = {"cache": True, **OPTIONS}
+INLINED: dict[str, Any] = {**COMPILED, "forceinline": True}  # else rows count references at each step
 
 COLUMNS = ("add", "rates", "tangents", "sift", "rests", "rate", "powers")
 """Functions of C of a row."""
@@ -56,7 +57,7 @@ class Rows(NamedTuple):
     curved: Wholes  # (2,), function of C that puts signals that are no lines in their place, and whether Python failed
 
 
-@njit(**COMPILED)
+@njit(**INLINED)
 def set_time(rows: Rows, t: float) -> None:
     """Signals as they are at t."""
     since = rows.clock[0]
@@ -70,7 +71,7 @@ def set_time(rows: Rows, t: float) -> None:
         call(rows.curved[0], (t,))
 
 
-@njit(**COMPILED)
+@njit(**INLINED)
 def add_forces(
     rows: Rows,
     x: FloatArray,

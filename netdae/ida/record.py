@@ -43,6 +43,7 @@ class IdaRecord:
         curved = not all(is_steady(each.motion) for each in drive.restraints)
         self.table = Table(system.forces, system.in_space, held=self._hold if curved else None)
         self.table.prepare("add", "rates", "tangents", "sift", "rests")
+        self.table.rows.tangents[[_is_steady(force) for force in system.forces]] = 0  # they are in `constant`
         self._net = Record(_net_of(system, self.table, self._entry, asks_held=curved))
         couplings, couples = _couplings_of(system, self.table)
         self._couplings = [Record(each) for each in couplings]
