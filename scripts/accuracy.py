@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 import netdae as nd
-from netdae.mouth import mouth_of, vector_area
+from netdae.model.mouth import mouth_of, vector_area
 
 
 class Figures(NamedTuple):
@@ -44,7 +44,7 @@ def fly(cells: int, end: float, seed: int, options: nd.SolverOptions) -> Figures
     seconds = perf_counter() - begin
     loop, frames = mouth_of(net, "border"), list(flight)[1:]
     energy = np.array([system.kinetic_energy(s.v) + system.elastic_energy(s.x) for s in frames])
-    total = energy + np.array([s.books.dissipated_energy for s in frames])
+    total = energy + np.array([s.balance.dissipated_energy for s in frames])
     start_energy = system.kinetic_energy(start.v) + system.elastic_energy(start.x)
     return Figures(
         np.array([s.x[net.nodes_of("corners")] for s in frames]),

@@ -44,7 +44,7 @@ class Cell:
 
     @property
     def row(self) -> dict[str, Any]:
-        """What is told of it."""
+        """What is reported of it."""
         return {name: getattr(self, name) for name in ("case", "knots", "begin", "end")}
 
 
@@ -133,7 +133,7 @@ class Rules:
     repeats : flights at the rung that counts, of which the best is taken
     patience : s in all, over which a method's flights are not repeated
     spare : s; methods faster than that fly the tighter rungs too, for the plot
-    late : tells whether the time of the whole benchmark is over
+    late : reports whether the time of the whole benchmark is over
     """
 
     repeats: int

@@ -13,7 +13,7 @@ from time import perf_counter
 import numpy as np
 
 import netdae as nd
-from netdae.mouth import mouth_of, vector_area
+from netdae.model.mouth import mouth_of, vector_area
 
 SIDE, MODULUS, DENSITY, DIAMETER, BULLET = 5.0, 70e9, 1390.0, 1e-3, 0.5
 DISTURBANCE = 1e-10  # m; the symmetric start is 20 % cheaper, and no real one is symmetric

@@ -49,7 +49,7 @@ LARGE_MIB = 4096
 
 def goals_of(found: dict[str, Any]) -> list[dict[str, str]]:
     """Rows with goal, found and met: "yes", "no", "by its pace" of a flight that was stopped, or "?" where
-    this run cannot tell."""
+    this run cannot report."""
     rows = []
     for slow, fast, case, sizes, least in AT_LEAST:
         for knots in sizes:

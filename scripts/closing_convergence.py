@@ -30,10 +30,10 @@ from time import perf_counter
 import numpy as np
 
 import netdae as nd
-from netdae.closed import with_closings
-from netdae.closing import Drawcord, Haul, tightened
 from netdae.forces.rings import Rings
-from netdae.mouth import mouth_of, vector_area
+from netdae.model.mouth import mouth_of, vector_area
+from netdae.system.closing import Drawcord, Haul, tightened
+from netdae.system.closing_assembly import with_closings
 
 SIDE, SLACK = 5.0, 0.97  # m
 HAUL = Haul(speed=5.0, force=10.0, final_length=0.5)
@@ -99,7 +99,7 @@ def fly(cells: int, rings: int, options: nd.SolverOptions, *, seed: int = 0) -> 
 
     def total(state: nd.State) -> float:
         stored = system.kinetic_energy(state.v) + system.elastic_energy(state.x)
-        return float(stored + state.books.dissipated_energy - state.books.external_work)
+        return float(stored + state.balance.dissipated_energy - state.balance.external_work)
 
     last = states[-1]
     largest = max(float(system.spatial_mass @ np.linalg.norm(state.v, axis=1)) for state in states)
@@ -109,7 +109,7 @@ def fly(cells: int, rings: int, options: nd.SolverOptions, *, seed: int = 0) -> 
         _length(last.x[through]),
         float(last.x[-1, 0]) / way,
         max(float(np.abs(system.momentum(state.v)).max()) for state in states) / largest,
-        (total(last) - total(states[0])) / last.books.external_work,
+        (total(last) - total(states[0])) / last.balance.external_work,
         flight.statistics["steps"],
         seconds,
     )

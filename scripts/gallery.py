@@ -1,16 +1,17 @@
-"""The gallery of the README: each shipped scenario flown, one picture and one line for it.
+"""The gallery of the manual: each shipped scenario flown, one picture and one line for it.
 
     python3 scripts/in_venv.py python scripts/gallery.py scripts/pictures/gallery
 
 Flies every scenario of this folder by the explicit method with 25 frames. Pictures the largest mouth, or two thirds of
 the way where a net is widest at its start; a net that is held or towed to the end, at the end; and one that closes at
-its widest, half closed and at the end, from ahead. Prints a row of the README's table for each.
+its widest, half closed and at the end, from ahead. Prints a row of its table for each.
 """
 
 from __future__ import annotations
 
 import argparse
 import csv
+import os
 import sys
 import tempfile
 from dataclasses import replace
@@ -20,10 +21,10 @@ from typing import Any
 import numpy as np
 
 import netdae as nd
-from netdae.net import CableNet
-from netdae.run_folder import RunFolder, fly
-from netdae.system import System
-from netdae.tether import is_own_node
+from netdae.model.net import CableNet
+from netdae.model.tether import is_own_node
+from netdae.runs.folder import RunFolder, fly
+from netdae.system.system import System
 
 SCRIPTS = Path(__file__).resolve().parent
 FRAMES = 25
@@ -113,13 +114,11 @@ def _line_of(summary: dict[str, Any], *, drums: int, held: bool) -> str:
 
 
 def _place_of(picture: Path) -> str:
-    """The picture as the README names it."""
-    top = SCRIPTS.parent
-    return (
-        picture.resolve().relative_to(top).as_posix()
-        if picture.resolve().is_relative_to(top)
-        else str(picture)
-    )
+    """The picture as the manual names it."""
+    top, place = SCRIPTS.parent, picture.resolve()
+    if not place.is_relative_to(top):
+        return str(picture)
+    return Path(os.path.relpath(place, top / "netdae" / "manual")).as_posix()
 
 
 def main(arguments: list[str]) -> int:

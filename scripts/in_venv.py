@@ -46,7 +46,7 @@ def main(arguments: list[str]) -> int:
         return _say("the installation was interrupted: call again to make it anew", 130)
     command = shutil.which(arguments[0], path=str(BIN))
     if command is None:
-        return _say(f"there is no command {arguments[0]!r} in {BIN}: netdae --help tells its own", 2)
+        return _say(f"there is no command {arguments[0]!r} in {BIN}: netdae --help reports its own", 2)
     environment = {**os.environ, "PATH": f"{BIN}{os.pathsep}{os.environ.get('PATH', '')}"}
     return _code_of([command, *arguments[1:]], environment)
 
@@ -68,7 +68,7 @@ def prepare(extra: str) -> None:
     target = f"{PROJECT}[{extra}]" if extra else str(PROJECT)
     pip = [*python, "install", "--quiet", "--disable-pip-version-check"]
     subprocess.run([*pip, "--editable", target], check=True, stderr=subprocess.PIPE, text=True)
-    # commands hold the folder in which they were installed: the mark tells it
+    # commands hold the folder in which they were installed: the mark reports it
     done.write_text(str(PROJECT), encoding="utf-8")
 
 
@@ -94,8 +94,8 @@ def _reason_of(error: subprocess.CalledProcessError) -> str:
     """The line in which pip says why, or the command that failed."""
     said = error.stderr or error.output or ""
     lines = (said.decode(errors="replace") if isinstance(said, bytes) else said).split("\n")
-    told = [line.strip() for line in lines if line.strip()]
-    why = [line for line in told if line.lower().startswith("error")] or told
+    reported = [line.strip() for line in lines if line.strip()]
+    why = [line for line in reported if line.lower().startswith("error")] or reported
     return why[-1] if why else f"{' '.join(map(str, error.cmd))} gave {error.returncode}"
 
 
@@ -103,7 +103,7 @@ def _code_of(command: list[str], environment: dict[str, str]) -> int:
     """Exit code of a command that is run to its end; Ctrl-C reaches it by itself, so wait for what it says."""
     signal.signal(signal.SIGINT, lambda number, frame: None)  # the command starts with the usual handling
     code = subprocess.Popen(command, env=environment).wait()
-    return code if code >= 0 else 128 - code  # ended by a signal, told as shells do
+    return code if code >= 0 else 128 - code  # ended by a signal, reported as shells do
 
 
 def _say(message: str, code: int) -> int:

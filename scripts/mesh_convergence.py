@@ -6,7 +6,7 @@
 The flight: a net of 5 x 5 meshes of 1 m, of 1 mm cord, drawn together to 0.4, four 0.5 kg bullets at 2.5 m/s and 45°,
 dashpot 1e-5 s, by the explicit method. It is the same net each time, of the same mass; its cords are cut into 1, 2, 4
 and 8 pieces, which makes 6, 11, 21 and 41 knots along a side. Past its first snaps the flight is chaotic: several
-flights of each start disturbed by 1e-6 m, and a figure is told as their mean ± standard deviation.
+flights of each start disturbed by 1e-6 m, and a figure is reported as their mean ± standard deviation.
 
 A mean has the uncertainty std/√N. Where two rows differ by less than that, more pieces would show nothing but chance.
 """
@@ -32,7 +32,7 @@ OPTIONS = nd.SolverOptions(method="explicit", accuracy="standard")
 
 
 class Figures(NamedTuple):
-    """What is told of a flight."""
+    """What is reported of a flight."""
 
     peak_tension: float  # N
     usual_tension: float  # N, not passed for 99.9 % of the time
@@ -55,14 +55,14 @@ def fly(pieces: int, seed: int, *, end: float = END) -> Figures:
     system = nd.System(net, CORD, masses={"corners": 0.5}, damping=nd.Dashpot(viscosity_time=1e-5))
     metrics = nd.DeploymentMetrics(mouth="border")
     flight = nd.simulate(system, start, np.linspace(0.0, end, 5), observers=[metrics], options=OPTIONS)
-    told, last = metrics.summary(), flight[-1]
+    reported, last = metrics.summary(), flight[-1]
     energy = system.kinetic_energy(last.v) + system.elastic_energy(last.x)
     before = system.kinetic_energy(start.v) + system.elastic_energy(start.x)
     return Figures(
-        told["peak_tension"],
-        told["tension_quantile_99_9"],
-        told["largest_mouth_area"],
-        told["largest_mouth_area_time"],
+        reported["peak_tension"],
+        reported["tension_quantile_99_9"],
+        reported["largest_mouth_area"],
+        reported["largest_mouth_area_time"],
         100 * energy / before,
     )
 
@@ -76,8 +76,8 @@ def rows(pieces: Iterable[int], members: int, *, end: float = END) -> Iterator[s
         figures = np.array([fly(count, seed, end=end) for seed in range(members)])
         seconds = (perf_counter() - began) / members
         mean, std = figures.mean(axis=0), figures.std(axis=0, ddof=1)
-        told = [f"{m:.{d}f} ± {s:.{d}f}" for m, s, d in zip(mean, std, DIGITS, strict=True)]
-        yield f"| {count} | {CELLS * count + 1} | {' | '.join(told)} | {seconds:.2f} |"
+        reported = [f"{m:.{d}f} ± {s:.{d}f}" for m, s, d in zip(mean, std, DIGITS, strict=True)]
+        yield f"| {count} | {CELLS * count + 1} | {' | '.join(reported)} | {seconds:.2f} |"
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -86,11 +86,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--pieces", nargs="+", type=int, default=[*PIECES], help="that a cord is cut into")
     parser.add_argument("--members", type=int, default=MEMBERS, help="flights of each, 2 or more")
     parser.add_argument("--quick", action="store_true", help="1 and 2 pieces, two short flights each")
-    told = parser.parse_args(arguments)
-    if told.members < 2 or min(told.pieces) < 1:
+    reported = parser.parse_args(arguments)
+    if reported.members < 2 or min(reported.pieces) < 1:
         parser.error("give 2 members and 1 piece at least")
     fly(1, 0, end=0.01)  # compiles
-    lines = rows((1, 2), 2, end=0.2) if told.quick else rows(told.pieces, told.members)
+    lines = rows((1, 2), 2, end=0.2) if reported.quick else rows(reported.pieces, reported.members)
     for line in lines:
         print(line, flush=True)
 

@@ -1,4 +1,4 @@
-"""Pictures of the stowed shapes in their canisters, seen from aside and from above, for the README.
+"""Pictures of the stowed shapes in their canisters, seen from aside and from above, for the manual.
 
     python3 scripts/in_venv.py python scripts/stowed_pictures.py scripts/pictures
 
@@ -17,10 +17,10 @@ import numpy as np
 import pyvista as pv
 
 import netdae as nd
-from netdae.errors import InputError
-from netdae.stowing.accordion import accordion
-from netdae.stowing.canister import Canister
-from netdae.stowing.star import star
+from netdae.core.errors import InputError
+from netdae.initial.accordion import accordion
+from netdae.initial.canister import Canister
+from netdae.initial.star import star
 
 WIDTH, HEIGHT = 480, 480  # pixels of a panel
 AWAY = np.array([0.8, -1.4, 0.9])

@@ -12,7 +12,7 @@ mouth is widest; ρ, E of the cord, c = √(E/ρ) the speed of its waves, τ vis
 What the literature states. Zhang et al. (A simplified model for fast analysis of the deployment dynamics of
 tethered-net in space, Advances in Space Research 68 (2021) 1960-1974, by its abstract) take R, M_b/m, v and θ for the
 four parameters of a shot, and find that d is mainly set by R and θ. That d hardly depends on v and that t goes as 1/v
-is told of the same paper; both are measured here.
+is reported of the same paper; both are measured here.
 
 Why. (1) Nothing pulls from outside, so the bullets' momentum stays in the net: d = t v cos θ / (1 + μ), 0.2 % more
 for the four knots that are shot with the bullets. That d does not depend on v, and that t goes as 1/v, is one
@@ -57,8 +57,8 @@ import numpy as np
 from scipy.special import ellipe, ellipeinc
 
 import netdae as nd
-from netdae.mouth import mouth_of, vector_area
-from netdae.workers import Tell, outcomes_of, processes_for
+from netdae.model.mouth import mouth_of, vector_area
+from netdae.runs.workers import Tell, outcomes_of, processes_for
 
 DENSITY, DIAMETER = 1390.0, 1e-3  # kg/m³, m
 LINE = DENSITY * math.pi / 4 * DIAMETER**2  # kg/m
@@ -155,9 +155,9 @@ def braked(shot: Shot) -> float:
     return float((ellipe(m) - ellipeinc(math.asin(SCALE), m)) / (1 - SCALE))
 
 
-def fly_and_tell(shot: Shot, tell: Tell) -> None:
+def fly_and_tell(shot: Shot, report: Tell) -> None:
     """The task of a worker."""
-    tell(fly(shot))
+    report(fly(shot))
 
 
 def flown(shots: Iterable[Shot], *, processes: int | None = None) -> dict[Shot, Widest]:

@@ -1,14 +1,14 @@
-"""Tasks for the tests of `netdae.workers`, in a module that a worker imports in no time."""
+"""Tasks for the tests of `netdae.runs.workers`, in a module that a worker imports in no time."""
 
 import os
 import signal
 import time
 from pathlib import Path
 
-from netdae.errors import RunError
+from netdae.core.errors import RunError
 
 
-def mixed(item, tell):
+def mixed(item, report):
     """Does what the item says, and writes a file where it comes to its end."""
     path, what = item
     if what == "fail":
@@ -20,11 +20,11 @@ def mixed(item, tell):
     if what == "wait":
         try:
             while True:
-                tell(os.getpid())
+                report(os.getpid())
                 time.sleep(0.02)
         except KeyboardInterrupt:
             Path(path).write_text("stopped")
             raise
-    if what == "tell":
-        tell((os.environ["OMP_NUM_THREADS"], signal.getsignal(signal.SIGINT) == signal.SIG_IGN))
+    if what == "report":
+        report((os.environ["OMP_NUM_THREADS"], signal.getsignal(signal.SIGINT) == signal.SIG_IGN))
     Path(path).write_text("done")

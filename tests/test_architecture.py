@@ -14,33 +14,12 @@ MODULES = {
     for path in sorted(PACKAGE.rglob("*.py"))
 }
 
-# from the bottom up; a module imports its own layer or lower ones. A new module gets its place here.
-LAYERS = (
-    (
-        *("_arrays", "_files", "_kernel_cache", "_sources", "addresses", "compilation", "earth", "errors"),
-        *("journal", "lock", "records", "workers"),
-    ),
-    (
-        *("assembly", "block_ldl", "closing", "damping", "forces", "masses", "material", "matrices"),
-        *("motions", "net", "net_forces", "patterns", "phases", "reels", "restraints", "scalar_ldl"),
-        *("signals", "state"),
-    ),
-    (
-        *("closed", "ejection", "external_forces", "force_ranking", "initial", "mouth", "plausibility"),
-        *("scales", "stowing", "surface_forces", "system", "tether", "tethered"),
-    ),
-    (
-        *("balance", "cvode", "explicit", "finder", "flight", "ida", "integration", "ivp", "ledger"),
-        *("linear_solver", "mark", "modes", "options", "statics", "stepper"),
-    ),
-    ("checkpoint", "ensemble", "events", "figures", "gauge", "metrics", "observers", "recorder"),
-    ("mesh", "vtk"),
-    ("rendering",),
-    ("scenario", "tables"),
-    ("ensemble_folder", "jacobian_check", "plotting", "run_folder", "run_summary", "stopped_run"),
-    ("cli",),
+# from the bottom up; a module imports from its own room or from those below it
+ROOMS = (
+    *("manual", "core", "model", "forces", "system", "mesh", "initial", "solvers", "events"),
+    *("output", "scenario", "runs", "visual", "cli"),
 )
-LAYER_OF = {name: number for number, names in enumerate(LAYERS) for name in names}
+SHOWN = 15  # entries of the package at most, beside dunder files: what one takes in at a glance
 
 HEAVY = ("numpy", "scipy", "numba", "pyvista", "matplotlib", "meshio", "sksundae")
 
@@ -61,19 +40,20 @@ def own_imports_of(path):
     return {name for name in imports_of(path) if name in MODULES and name != "netdae"}
 
 
-def layer_of(module):
-    return LAYER_OF.get(module.split(".")[1], 0)
+def room_of(module):
+    return module.split(".")[1]
 
 
-def test_every_module_has_its_layer():
-    modules = {module.split(".")[1] for module in MODULES if module != "netdae"}
-    assert modules - {*LAYER_OF} == set()
+def test_the_package_is_seen_at_a_glance():
+    entries = {path.name for path in PACKAGE.iterdir() if not path.name.startswith("__")}
+    assert {*ROOMS} <= entries
+    assert len(entries) <= SHOWN
 
 
 @pytest.mark.parametrize("module", [module for module in MODULES if module != "netdae"])
 def test_imports_go_down_only(module):
-    higher = {name for name in own_imports_of(MODULES[module]) if layer_of(name) > layer_of(module)}
-    assert higher == set()
+    below = ROOMS[: ROOMS.index(room_of(module)) + 1]
+    assert {name for name in own_imports_of(MODULES[module]) if room_of(name) not in below} == set()
 
 
 def test_imports_make_no_circle():
@@ -85,11 +65,11 @@ def test_imports_make_no_circle():
     ("library", "homes"),
     [
         ("meshio", {"mesh.formats"}),
-        ("pyvista", {"vtk", "mesh.vtk_lines", "rendering.frames", "rendering.scene"}),
-        ("sksundae", {"cvode", "ida.stepper"}),
+        ("pyvista", {"output.vtk", "mesh.vtk_lines", "visual.rendering.frames", "visual.rendering.scene"}),
+        ("sksundae", {"solvers.cvode", "solvers.ida.stepper"}),
         ("cyclopts", {"cli"}),
-        ("matplotlib", {"plotting.drawing", "plotting.style", "rendering.colours"}),
-        ("PIL", {"rendering.views", "rendering.labels", "rendering.movie_file"}),
+        ("matplotlib", {"visual.plotting.drawing", "visual.plotting.style", "visual.rendering.colours"}),
+        ("PIL", {"visual.rendering.views", "visual.rendering.labels", "visual.rendering.movie_file"}),
     ],
 )
 def test_library_is_imported_in_one_place(library, homes):
@@ -127,7 +107,7 @@ def test_nothing_heavy_is_imported_before_it_is_used(code):
 
 def test_every_public_name_can_be_had_whatever_was_imported_before():
     code = """
-import netdae, netdae.flight, netdae.integration, netdae.cli.run
+import netdae, netdae.solvers.flight, netdae.solvers.driver, netdae.cli.run
 from types import ModuleType
 assert not [name for name in netdae.__all__ if isinstance(getattr(netdae, name), ModuleType)]
 """

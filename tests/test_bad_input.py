@@ -166,7 +166,7 @@ MISTAKES = {
         "end = 1e-300",
         ["[solver]: the flight lasts 1e-300 s", "1e-09 s after"],
     ),
-    "frames that times cannot tell apart": (
+    "frames that times cannot distinguish": (
         "end = 0.001\n[output]\nframes = 2",
         "begin = 1e8\nend = 100000000.001\n[output]\nframes = 1000000",
         ["[solver]: the flight lasts 0.001", "fewer frames"],
@@ -280,7 +280,7 @@ def scenario(folder, old="", new="", more=""):
 
 
 @pytest.mark.parametrize("mistake", MISTAKES)
-def test_mistake_in_a_scenario_is_told_by_section_and_key(mistake, tmp_path, capsys):
+def test_mistake_in_a_scenario_is_reported_by_section_and_key(mistake, tmp_path, capsys):
     old, new, words = MISTAKES[mistake]
     line = failure_of(["run", scenario(tmp_path, old, new), "-o", tmp_path / "out"], capsys)
     for word in words:
@@ -309,7 +309,7 @@ MESHES = {
 
 
 @pytest.mark.parametrize("mesh", MESHES)
-def test_mesh_that_is_no_net_is_told_by_its_name(mesh, tmp_path, capsys):
+def test_mesh_that_is_no_net_is_reported_by_its_name(mesh, tmp_path, capsys):
     text, words = MESHES[mesh]
     (tmp_path / "net.msh").write_text(text)
     line = failure_of(["check", scenario(tmp_path, *net_of('file = "net.msh"'))], capsys)
@@ -317,7 +317,7 @@ def test_mesh_that_is_no_net_is_told_by_its_name(mesh, tmp_path, capsys):
         assert word in line
 
 
-def test_missing_mesh_is_told(tmp_path, capsys):
+def test_missing_mesh_is_reported(tmp_path, capsys):
     line = failure_of(["run", scenario(tmp_path, *net_of('file = "no.msh"'))], capsys)
     assert "small.toml: [net] file: " in line
     assert str(tmp_path / "no.msh") in line
@@ -344,7 +344,7 @@ TABLES = {
 
 @pytest.mark.parametrize("table", TABLES)
 @pytest.mark.parametrize("use", ["motion", "load"])
-def test_table_that_cannot_be_used_is_told_by_file_and_line(use, table, tmp_path, capsys):
+def test_table_that_cannot_be_used_is_reported_by_file_and_line(use, table, tmp_path, capsys):
     text, words = TABLES[table]
     if use == "load" and table == "begins elsewhere":
         return
@@ -360,12 +360,12 @@ def test_table_that_cannot_be_used_is_told_by_file_and_line(use, table, tmp_path
     assert not (tmp_path / "out").exists()
 
 
-def test_begin_of_a_load_with_a_table_is_told(tmp_path, capsys):
+def test_begin_of_a_load_with_a_table_is_reported(tmp_path, capsys):
     file = scenario(tmp_path, "g = [0, 0, -9.81]", 'begin = 1\ng = { file = "m.csv" }')
     assert "[[loads]] 1: begin does not go with a table" in failure_of(["check", file], capsys)
 
 
-def test_scenario_that_is_not_there_or_not_text_is_told(tmp_path, capsys):
+def test_scenario_that_is_not_there_or_not_text_is_reported(tmp_path, capsys):
     assert "no.toml" in failure_of(["run", tmp_path / "no.toml"], capsys)
     assert "directory" in failure_of(["run", tmp_path], capsys)
     (tmp_path / "latin.toml").write_bytes('title = "Fläche"\n'.encode("latin-1"))
@@ -378,7 +378,7 @@ def test_scenario_with_the_mark_of_some_editors_is_read(tmp_path, capsys):
     assert main(["check", str(file)]) == 0
 
 
-def test_output_folder_that_is_a_file_or_lies_below_one_is_told(tmp_path, capsys):
+def test_output_folder_that_is_a_file_or_lies_below_one_is_reported(tmp_path, capsys):
     file = scenario(tmp_path)
     (tmp_path / "taken").write_text("mine")
     assert "this is a file" in failure_of(["run", file, "-o", tmp_path / "taken"], capsys)
@@ -387,7 +387,7 @@ def test_output_folder_that_is_a_file_or_lies_below_one_is_told(tmp_path, capsys
 
 
 @pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root may write anywhere")
-def test_output_folder_without_permission_is_told(tmp_path, capsys):
+def test_output_folder_without_permission_is_reported(tmp_path, capsys):
     file = scenario(tmp_path)
     (tmp_path / "closed").mkdir(mode=0o500)
     assert "cannot be written" in failure_of(["run", file, "-o", tmp_path / "closed" / "out"], capsys)
@@ -435,7 +435,7 @@ def test_former_summary_is_gone_while_the_new_run_is_under_way(tmp_path, monkeyp
     assert main(["run", str(file), "-o", str(out)]) == 0
     seen = []
     monkeypatch.setattr(
-        "netdae.run_folder.LastStep.__call__", lambda self, state: seen.append(sorted(os.listdir(out)))
+        "netdae.runs.folder.LastStep.__call__", lambda self, state: seen.append(sorted(os.listdir(out)))
     )
     assert main(["run", str(file), "-o", str(out), "--overwrite"]) == 0
     assert len(seen) == 2

@@ -22,7 +22,7 @@ from numpy.random import default_rng
 from scipy import sparse
 from scipy.sparse.linalg import eigsh
 
-from netdae.linear_solver import full_jacobian
+from netdae.solvers.linalg.condensed import full_jacobian
 
 SCRIPTS = Path(__file__).parent.parent / "scripts"
 UNTIMED = 1e9
@@ -116,8 +116,8 @@ RULES = Rules(repeats=2, patience=10.0, spare=0.0, late=lambda: False)
 CELL = Cell("dashpot", 11, 1.0)
 
 
-class Told:
-    """A worker whose methods are told beforehand: rung to (area off by, seconds); off by several in turn."""
+class Reported:
+    """A worker whose methods are reported beforehand: rung to (area off by, seconds); off by several in turn."""
 
     def __init__(self, methods):
         self.methods = methods
@@ -137,8 +137,8 @@ class Told:
 
 
 def held(methods, limit=10.0):
-    """Entries after a contest of told methods, and the order in which they flew."""
-    worker = Told(methods)
+    """Entries after a contest of reported methods, and the order in which they flew."""
+    worker = Reported(methods)
     entries = [Entry(name, tuple(rungs), limit) for name, rungs in methods.items()]
     contest([worker], CELL, entries, TRUTH, RULES)
     return {entry.method: entry for entry in entries}, worker.order

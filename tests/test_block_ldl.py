@@ -9,11 +9,11 @@ from conftest import reference_flight
 from numpy.random import default_rng
 from scipy import sparse
 
-from netdae.assembly import BlockPattern
-from netdae.block_ldl import BlockLdl
-from netdae.errors import RunError
-from netdae.linear_solver import CondensedSolver
-from netdae.net import CableNet
+from netdae.core.errors import RunError
+from netdae.model.net import CableNet
+from netdae.solvers.linalg.block_ldl import BlockLdl
+from netdae.solvers.linalg.condensed import CondensedSolver
+from netdae.system.assembly import BlockPattern
 
 
 class Qdldl:

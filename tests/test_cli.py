@@ -14,65 +14,29 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from folders import summary_of
+from shots import shot, write_shot
 
 import netdae as nd
-from netdae.checkpoint import read_checkpoint
 from netdae.cli import main
 from netdae.forces.cables import CABLE
 from netdae.forces.elements import ElementForce
-from netdae.jacobian_check import _colours_of, compare_jacobian, stiffest_frequency
+from netdae.output.checkpoint import read_checkpoint
+from netdae.output.vtk import VtuSeries, read_frame, read_series
+from netdae.runs.jacobian_check import _colours_of, compare_jacobian, stiffest_frequency
 from netdae.scenario.reader import Simulation
-from netdae.vtk import VtuSeries, read_frame, read_series
 
 ROOT = Path(__file__).parent.parent
 NETDAE = (sys.executable, "-c", "import sys; from netdae.cli import main; sys.exit(main())")
 SCRIPTS = sorted((ROOT / "scripts").glob("*.toml"))
 
-SHOT = """\
-title = "small shot"
-[net]
-kind = "square"
-side = 1.0
-cells = 4
-[[material]]
-youngs_modulus = 1e9
-density = 1390
-diameter = 1e-3
-strength = 100
-[damping]
-kind = "dashpot"
-viscosity_time = 1e-4
-[[masses]]
-group = "corners"
-mass = 0.05
-[initial]
-scale = [0.8, 0.8, 1.0]
-[[initial.ejection]]
-group = "corners"
-speed = 5.0
-half_angle_deg = 60
-[solver]
-end = 0.1
-accuracy = "fast"
-[output]
-frames = 5
-"""
-
-
-def write(folder, text=SHOT):
-    file = folder / "shot.toml"
-    file.write_text(text, encoding="utf-8")
-    return file
-
-
-def summary_of(folder):
-    return json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+SHOT = shot(strength=100)
 
 
 @pytest.fixture(scope="module")
 def flown(tmp_path_factory):
     folder = tmp_path_factory.mktemp("flown")
-    assert main(["run", str(write(folder)), "-o", str(folder / "out")]) == 0
+    assert main(["run", str(write_shot(folder, SHOT)), "-o", str(folder / "out")]) == 0
     return folder / "out"
 
 
@@ -136,7 +100,7 @@ name = "far"
 
 def test_a_tethered_run_tells_what_its_reel_paid_out_and_how_its_tether_pulled(tmp_path):
     forward = SHOT.replace("end = 0.1", "end = 0.3").replace("half_angle_deg = 60", "half_angle_deg = 30")
-    file = write(tmp_path, forward + TETHER)
+    file = write_shot(tmp_path, forward + TETHER)
     assert main(["run", str(file), "-o", str(tmp_path / "out")]) == 0
     summary = summary_of(tmp_path / "out")
     rows = [
@@ -182,7 +146,8 @@ def test_a_net_without_a_tether_has_an_empty_section_of_it(flown):
 
 def test_number_of_frames_changes_no_figure(flown, tmp_path):
     assert (
-        main(["run", str(write(tmp_path, SHOT.replace("= 5\n", "= 23\n"))), "-o", str(tmp_path / "out")]) == 0
+        main(["run", str(write_shot(tmp_path, SHOT.replace("= 5\n", "= 23\n"))), "-o", str(tmp_path / "out")])
+        == 0
     )
     few, many = summary_of(flown), summary_of(tmp_path / "out")
     assert len(read_series(tmp_path / "out" / "series.pvd")) == 23
@@ -193,7 +158,7 @@ def test_number_of_frames_changes_no_figure(flown, tmp_path):
 
 def test_run_says_a_few_quiet_lines_away_from_a_terminal(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    assert main(["run", str(write(tmp_path))]) == 0
+    assert main(["run", str(write_shot(tmp_path, SHOT))]) == 0
     shown = capsys.readouterr()
     assert shown.err == ""
     assert len(shown.out.splitlines()) <= 20
@@ -205,7 +170,7 @@ def test_run_says_a_few_quiet_lines_away_from_a_terminal(tmp_path, capsys, monke
 
 
 def test_warnings_are_said_and_kept(tmp_path, capsys):
-    file = write(tmp_path, SHOT.replace("strength = 100", "strength = 0.001"))
+    file = write_shot(tmp_path, SHOT.replace("strength = 100", "strength = 0.001"))
     assert main(["run", str(file), "-o", str(tmp_path / "out")]) == 0
     (warning,) = [each for each in summary_of(tmp_path / "out")["warnings"] if "strength" in each]
     assert f"warning: {warning}\n" in capsys.readouterr().out
@@ -222,7 +187,7 @@ DOOMED = SHOT.replace(
 def test_run_that_fails_keeps_what_was_computed_and_exits_with_1(tmp_path, capsys):
     out = tmp_path / "out"
     (tmp_path / "blow.csv").write_text(BLOW)
-    assert main(["run", str(write(tmp_path, DOOMED)), "-o", str(out)]) == 1
+    assert main(["run", str(write_shot(tmp_path, DOOMED)), "-o", str(out)]) == 1
     (line,) = capsys.readouterr().err.splitlines()
     assert "at t = 0.06" in line
     assert "the 3 frames up to then are in" in line
@@ -248,7 +213,7 @@ def stopped_at_third_frame(monkeypatch, error):
 
 def test_interrupted_run_keeps_what_was_computed_and_exits_with_130(tmp_path, capsys, monkeypatch):
     stopped_at_third_frame(monkeypatch, KeyboardInterrupt)
-    assert main(["run", str(write(tmp_path)), "-o", str(tmp_path / "out")]) == 130
+    assert main(["run", str(write_shot(tmp_path, SHOT)), "-o", str(tmp_path / "out")]) == 130
     (line,) = capsys.readouterr().err.splitlines()
     assert re.match(r"interrupted at t = 0\.0\d+ s; the 2 frames", line)
     assert summary_of(tmp_path / "out")["status"] == "interrupted"
@@ -258,7 +223,7 @@ def test_interrupted_run_keeps_what_was_computed_and_exits_with_130(tmp_path, ca
 def test_bug_keeps_its_traceback_and_the_run_what_was_computed(tmp_path, monkeypatch):
     stopped_at_third_frame(monkeypatch, ZeroDivisionError("a bug"))
     with pytest.raises(ZeroDivisionError, match="a bug"):
-        main(["run", str(write(tmp_path)), "-o", str(tmp_path / "out")])
+        main(["run", str(write_shot(tmp_path, SHOT)), "-o", str(tmp_path / "out")])
     assert summary_of(tmp_path / "out")["status"] == "failed: ZeroDivisionError: a bug"
     assert len(nd.Trajectory.load(tmp_path / "out")) == 2
 
@@ -267,7 +232,7 @@ def test_bug_keeps_its_traceback_and_the_run_what_was_computed(tmp_path, monkeyp
 @pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGTERM])
 def test_ctrl_c_and_sigterm_in_a_process_are_one_line(tmp_path, stop):
     out = tmp_path / "out"
-    file = write(tmp_path, SHOT.replace("end = 0.1", "end = 50"))
+    file = write_shot(tmp_path, SHOT.replace("end = 0.1", "end = 50"))
     process = subprocess.Popen(
         [*NETDAE, "run", str(file), "-o", str(out)],
         stdout=subprocess.PIPE,
@@ -297,18 +262,18 @@ HELD = SHOT[: SHOT.index("[initial]")] + "{}" + SHOT[SHOT.index("[solver]") :]
 def test_reaction_of_a_net_that_is_held_whole_is_its_weight(limits, tmp_path):
     load = f'[[loads]]\nkind = "gravity"\ng = [0, 0, -9.81]\n{limits}'
     text = HELD.format(f'[[restraints]]\ngroup = "all"\n{load}')
-    assert main(["run", str(write(tmp_path, text)), "-o", str(tmp_path / "out")]) == 0
+    assert main(["run", str(write_shot(tmp_path, text)), "-o", str(tmp_path / "out")]) == 0
     summary = summary_of(tmp_path / "out")
     (held,) = summary["restraints"]
     assert (held["group"], held["axes"]) == ("all", "xyz")
     np.testing.assert_allclose(held["final_reaction"], [0, 0, 9.81 * summary["net"]["mass"]], atol=1e-12)
 
 
-def test_jump_of_a_driven_velocity_is_told_with_its_impulse(tmp_path):
+def test_jump_of_a_driven_velocity_is_reported_with_its_impulse(tmp_path):
     (tmp_path / "m.csv").write_text("t,x,y,z\n0,0,0,0\n0.05,0,0,0\n0.1,0,0,0.05\n")
     motion = 'motion = { file = "m.csv", interpolation = "linear" }'
     text = HELD.format(f'[[restraints]]\ngroup = "all"\n{motion}\n')
-    assert main(["run", str(write(tmp_path, text)), "-o", str(tmp_path / "out")]) == 0
+    assert main(["run", str(write_shot(tmp_path, text)), "-o", str(tmp_path / "out")]) == 0
     summary = summary_of(tmp_path / "out")
     (jump,) = summary["impulses"]
     assert jump["time"] == 0.05
@@ -341,7 +306,7 @@ def test_shipped_scenario_flies(script, tmp_path, capsys):
 
 
 def test_check_tells_the_net_and_writes_nothing(tmp_path, capsys):
-    file = write(tmp_path)
+    file = write_shot(tmp_path, SHOT)
     assert main(["check", str(file)]) == 0
     shown = capsys.readouterr().out
     assert re.search(r"nodes +25\n", shown)
@@ -363,7 +328,7 @@ def test_the_mass_that_check_tells_is_that_of_cords_and_bullets_without_drums(ca
     (bullets,) = (entry["mass"] for entry in tomllib.loads(file.read_text())["masses"])
     assert main(["check", str(file)]) == 0
     mass, cords = re.search(r"mass +(\S+) kg, of which cables (\S+) kg", capsys.readouterr().out).groups()
-    assert float(mass) == pytest.approx(float(cords) + 4 * bullets, rel=1e-5)  # six digits are told
+    assert float(mass) == pytest.approx(float(cords) + 4 * bullets, rel=1e-5)  # six digits are reported
 
 
 def without_geometric_stiffness(K, C):
@@ -392,7 +357,7 @@ def test_check_finds_a_wrong_tangent_and_exits_with_1(spoil, tmp_path, capsys, m
         return tangent
 
     monkeypatch.setattr(ElementForce, "tangent", wrong)
-    assert main(["check", str(write(tmp_path))]) == 1
+    assert main(["check", str(write_shot(tmp_path, SHOT))]) == 1
     (line,) = capsys.readouterr().err.splitlines()
     assert "the Jacobian disagrees" in line
     assert re.search(r"F₂ of node \d+ along [xyz] with respect to [xv] along [xyz] of node \d+", line)
@@ -436,7 +401,7 @@ DASHPOT = 'kind = "dashpot"\nviscosity_time = 1e-4'
     ],
 )
 def test_check_of_a_net_that_starts_at_a_kink_says_what_it_leaves_out(old, new, left_out, tmp_path, capsys):
-    assert main(["check", str(write(tmp_path, AT_REST.replace(old, new)))]) == 0
+    assert main(["check", str(write_shot(tmp_path, AT_REST.replace(old, new)))]) == 0
     start, *states = re.findall(r"Jacobian, .*", capsys.readouterr().out)
     assert start.endswith(f" slack, {left_out} at a kink left out" if left_out else " slack")
     assert not any("kink" in state for state in states)
@@ -453,7 +418,7 @@ def test_check_leaves_out_cables_at_the_end_of_their_toe_by_the_law_s_own_strain
     text = AT_REST.replace("[damping]", toe).replace(
         "[initial]", f"[initial]\nscale = [{stretch}, 1.05, 1.0]"
     )
-    assert main(["check", str(write(tmp_path, text))]) == 0
+    assert main(["check", str(write_shot(tmp_path, text))]) == 0
     assert "40 cables taut, 0 slack, 20 at a kink left out" in capsys.readouterr().out
 
 
@@ -484,7 +449,7 @@ def test_check_finds_a_wrong_tangent_beside_cables_at_a_kink(where, tmp_path, mo
 
     monkeypatch.setattr(ElementForce, "tangent", wrong)
     stretch = "[initial]\nscale = [1.01, 1.0, 1.0]" if where == "at the start" else "[initial]"
-    simulation = nd.read_scenario(write(tmp_path, AT_REST.replace("[initial]", stretch))).build()
+    simulation = nd.read_scenario(write_shot(tmp_path, AT_REST.replace("[initial]", stretch))).build()
     start, *others = compare_jacobian(simulation)
     assert start.at_kinks == (20 if where == "at the start" else 40)
     assert start.agrees == (where != "at the start")
@@ -492,7 +457,7 @@ def test_check_finds_a_wrong_tangent_beside_cables_at_a_kink(where, tmp_path, mo
 
 
 def test_directions_of_the_check_meet_each_row_once(tmp_path):
-    system = nd.read_scenario(write(tmp_path)).build().system
+    system = nd.read_scenario(write_shot(tmp_path, SHOT)).build().system
     colours = _colours_of(system)
     near = np.eye(system.net.node_count, dtype=bool)
     near[tuple(system.net.cables.T)] = near[tuple(system.net.cables.T[::-1])] = True
@@ -540,7 +505,7 @@ def test_schema_is_json_that_knows_the_keys(capsys):
     assert schema["$defs"]["Mass"]["properties"]["mass"]["description"].endswith("kg.")
 
 
-def test_help_and_version_are_told(capsys):
+def test_help_and_version_are_reported(capsys):
     for arguments in (["--help"], ["run", "--help"], ["check", "--help"], []):
         assert main(arguments) == 0
         assert "Usage: netdae" in capsys.readouterr().out

@@ -4,56 +4,32 @@ import re
 from pathlib import Path
 
 import pytest
+from shots import shot, write_shot
 
 import netdae as nd
 from netdae.cli import main
 from netdae.cli.forces import _altitude_of
-from netdae.earth import circular_speed, density, mean_motion
+from netdae.forces.earth import circular_speed, density, mean_motion
 from netdae.forces.orbit import Orbit
 from netdae.scenario.schema import ScenarioData
 
 SCRIPTS = Path(__file__).parent.parent / "scripts"
 
-SHOT = """\
-title = "small shot"
-[net]
-kind = "square"
-side = 1.0
-cells = 4
-[[material]]
-youngs_modulus = 1e9
-density = 1390
-diameter = 1e-3
-[damping]
-kind = "none"
-[[masses]]
-group = "corners"
-mass = 0.05
-[initial]
-scale = [0.8, 0.8, 1.0]
-[[initial.ejection]]
-group = "corners"
-speed = 5.0
-half_angle_deg = 60
-[solver]
-end = 0.1
-"""
+SHOT = shot(viscosity_time=None, accuracy=None, frames=None)
 IN_ORBIT = SHOT + "[orbit]\naltitude = 400e3\n"
 ON_GROUND = SHOT + '[[loads]]\nkind = "gravity"\ng = [0.0, 0.0, -9.81]\n'
 
 
 @pytest.fixture
-def told(tmp_path, capsys):
+def reported(tmp_path, capsys):
     """Runs the verb on a scenario's text; exit code, lines of stdout, stderr."""
 
-    def tell(text, *options):
-        file = tmp_path / "shot.toml"
-        file.write_text(text, encoding="utf-8")
-        code = main(["forces", str(file), *options])
+    def report(text, *options):
+        code = main(["forces", str(write_shot(tmp_path, text)), *options])
         out, err = capsys.readouterr()
         return code, out.splitlines(), err
 
-    return tell
+    return report
 
 
 def rows_of(lines):
@@ -64,8 +40,8 @@ def rows_of(lines):
     return {name: (float(newtons), float(moves), word == "yes") for _, name, newtons, moves, word in found}
 
 
-def test_forces_are_told_in_rank_order_with_formula_and_source(told):
-    code, lines, err = told(SHOT)
+def test_forces_are_reported_in_rank_order_with_formula_and_source(reported):
+    code, lines, err = reported(SHOT)
     assert (code, err) == (0, "")
     assert lines[0] == "small shot"
     rows = rows_of(lines)
@@ -78,31 +54,31 @@ def test_forces_are_told_in_rank_order_with_formula_and_source(told):
     assert max(map(len, lines)) <= 140  # nothing is cut or wrapped, also where it is piped
 
 
-def test_scenario_without_an_orbit_is_ranked_at_600_km_and_told_so(told):
-    _, lines, _ = told(SHOT)
+def test_scenario_without_an_orbit_is_ranked_at_600_km_and_reported_so(reported):
+    _, lines, _ = reported(SHOT)
     assert "orbit    600 km, taken, as the scenario has no [orbit]: give --altitude for another" in lines
     assert lines[-1] == "verdict      the scenario has every force that is significant"
 
 
-def test_scenario_on_the_ground_is_ranked_without_an_orbit(told):
-    code, lines, _ = told(ON_GROUND)
+def test_scenario_on_the_ground_is_ranked_without_an_orbit(reported):
+    code, lines, _ = reported(ON_GROUND)
     assert code == 0
     assert {*rows_of(lines)} == {"elastic tension at snap", "inertia", "uniform gravity", "air drag"}
     assert any(line.startswith("orbit    none, the scenario has gravity or air") for line in lines)
-    _, lines, _ = told(ON_GROUND, "--altitude", "500e3")
+    _, lines, _ = reported(ON_GROUND, "--altitude", "500e3")
     assert {"uniform gravity", "Coriolis"} <= {*rows_of(lines)}
 
 
-def test_altitude_and_flight_time_can_be_told(told):
-    _, lines, _ = told(SHOT, "--altitude", "300e3", "--flight-time", "30")
+def test_altitude_and_flight_time_can_be_reported(reported):
+    _, lines, _ = reported(SHOT, "--altitude", "300e3", "--flight-time", "30")
     assert "orbit    300 km, by --altitude" in lines
     assert any(line.startswith("flight   t = 30 s at v = ") for line in lines)
-    low, high = (rows_of(told(SHOT, "--altitude", each)[1]) for each in ("300e3", "900e3"))
+    low, high = (rows_of(reported(SHOT, "--altitude", each)[1]) for each in ("300e3", "900e3"))
     assert low["aerodynamic drag"][0] > 1000 * high["aerodynamic drag"][0]
 
 
-def test_missing_force_that_matters_is_warned_of_with_its_remedy(told):
-    code, lines, _ = told(SHOT, "--flight-time", "30")
+def test_missing_force_that_matters_is_warned_of_with_its_remedy(reported):
+    code, lines, _ = reported(SHOT, "--flight-time", "30")
     assert code == 0
     warned = [line for line in lines if line.startswith("warning ")]
     assert any(
@@ -114,16 +90,16 @@ def test_missing_force_that_matters_is_warned_of_with_its_remedy(told):
     assert not any(line.startswith("verdict") for line in lines)
 
 
-def test_conducting_net_feels_the_field(told):
-    assert rows_of(told(SHOT)[1])["Lorentz force"][0] == 0
-    _, lines, _ = told(SHOT, "--current", "1", "--flight-time", "10")
+def test_conducting_net_feels_the_field(reported):
+    assert rows_of(reported(SHOT)[1])["Lorentz force"][0] == 0
+    _, lines, _ = reported(SHOT, "--current", "1", "--flight-time", "10")
     assert rows_of(lines)["Lorentz force"][0] > 1e-5
     assert any("Lorentz force moves the net" in line and "no model of it" in line for line in lines)
 
 
 @pytest.mark.skipif("orbit" not in ScenarioData.model_fields, reason="scenarios have no [orbit] yet")
-def test_orbit_of_the_scenario_is_taken(told):
-    _, lines, _ = told(IN_ORBIT)
+def test_orbit_of_the_scenario_is_taken(reported):
+    _, lines, _ = reported(IN_ORBIT)
     assert "orbit    400 km, by [orbit]" in lines
     assert rows_of(lines)["Coriolis"][2]
     assert rows_of(lines)["gravity gradient"][2]
@@ -144,33 +120,33 @@ def test_altitude_is_that_of_the_option_then_of_the_orbit_then_usual_unless_on_t
     assert altitude() == 600e3
 
 
-def test_drag_of_bodies_alone_is_in_the_scenario(told):
+def test_drag_of_bodies_alone_is_in_the_scenario(reported):
     drag = '[[loads]]\nkind = "drag"\ncables = "none"\nbodies = [{ group = "corners", diameter = 0.05 }]\n'
     text = SHOT + "[orbit]\naltitude = 250e3\n" + drag
-    _, lines, _ = told(text, "--flight-time", "60")
+    _, lines, _ = reported(text, "--flight-time", "60")
     newtons, _, included = rows_of(lines)["aerodynamic drag"]
     assert included
-    area = 4 * 3.141593 * 0.05**2 / 4  # m², of the four corners; C_D 2.2, ρ and V of netdae.earth
+    area = 4 * 3.141593 * 0.05**2 / 4  # m², of the four corners; C_D 2.2, ρ and V of netdae.forces.earth
     assert newtons == pytest.approx(0.5 * density(250e3) * circular_speed(250e3) ** 2 * 2.2 * area, rel=0.05)
     warned = [line for line in lines if line.startswith("warning ") and "drag" in line]
     assert len(warned) == 1  # of the cords', which the scenario leaves out
     assert re.match(r'warning +aerodynamic drag of cords .* add cables = "all" in \[\[loads', warned[0])
 
 
-def test_formula_of_air_reads_as_one(told):
-    _, lines, _ = told(ON_GROUND)
+def test_formula_of_air_reads_as_one(reported):
+    _, lines, _ = reported(ON_GROUND)
     assert any(re.match(r" +\d  ½ ρ v² C_n A, C_n = 1\.1 at sea level, moves ", line) for line in lines)
-    _, lines, _ = told(ON_GROUND + '[[loads]]\nkind = "air"\n')
+    _, lines, _ = reported(ON_GROUND + '[[loads]]\nkind = "air"\n')
     expected = (
         "½ ρ v² C_n A, with C_n, ρ and wind of the scenario, on cords, moves ½ (F/m_c) t², the path at most"
     )
     assert any(re.fullmatch(rf" +\d  {re.escape(expected)}", line) for line in lines)
 
 
-def test_fall_is_told_where_there_is_gravity(told):
-    _, lines, _ = told(ON_GROUND)
+def test_fall_is_reported_where_there_is_gravity(reported):
+    _, lines, _ = reported(ON_GROUND)
     assert "fall     g = 9.81 m/s², free for 0.1 s; 0.981 m/s at most" in lines
-    assert not any(line.startswith("fall") for line in told(SHOT)[1])
+    assert not any(line.startswith("fall") for line in reported(SHOT)[1])
 
 
 @pytest.mark.parametrize("file", sorted(SCRIPTS.glob("*.toml")), ids=lambda path: path.stem)
@@ -194,8 +170,8 @@ def test_every_scenario_of_the_scripts_can_be_ranked(file, capsys):
         (["more.toml"], "more.toml is too much: netdae forces takes one scenario at a time"),
     ],
 )
-def test_mistakes_are_one_line_and_exit_code_2(told, options, message):
-    code, lines, err = told(SHOT, *options)
+def test_mistakes_are_one_line_and_exit_code_2(reported, options, message):
+    code, lines, err = reported(SHOT, *options)
     assert code == 2
     assert lines == []
     assert message in err

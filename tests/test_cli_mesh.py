@@ -12,7 +12,7 @@ from cyclopts import App, CycloptsError
 
 from netdae.cli.info import info
 from netdae.cli.mesh import app as mesh_app
-from netdae.errors import InputError
+from netdae.core.errors import InputError
 from netdae.mesh.io import describe, read_net
 
 MESHES = Path(__file__).parent.parent / "meshes"

@@ -12,36 +12,36 @@ from netdae.cli import main
 
 
 @pytest.fixture
-def told(capsys):
+def reported(capsys):
     """Runs the verb; exit code, stdout, stderr."""
 
-    def tell(*arguments):
+    def report(*arguments):
         code = main(["plot", *map(str, arguments)])
         return code, *capsys.readouterr()
 
-    return tell
+    return report
 
 
-def test_pictures_of_both_kinds_are_written_and_named(tmp_path, told):
+def test_pictures_of_both_kinds_are_written_and_named(tmp_path, reported):
     write_folder(tmp_path / "a")
-    code, out, err = told(tmp_path / "a", "--only", "taut", "--only", "distance")
+    code, out, err = reported(tmp_path / "a", "--only", "taut", "--only", "distance")
     assert (code, err) == (0, "")
     assert out == f"4 pictures in {tmp_path / 'a' / 'plots'}: distance, taut\n"
     found = sorted(file.name for file in (tmp_path / "a" / "plots").iterdir())
     assert found == ["distance.png", "distance.svg", "taut.png", "taut.svg"]
 
 
-def test_several_folders_one_format_and_an_output_folder(tmp_path, told):
+def test_several_folders_one_format_and_an_output_folder(tmp_path, reported):
     for name in "ab":
         write_folder(tmp_path / name)
-    code, out, _ = told(
+    code, out, _ = reported(
         tmp_path / "a", tmp_path / "b", "-o", tmp_path / "o", "--format", "svg", "--only", "area"
     )
     assert (code, out) == (0, f"1 picture in {tmp_path / 'o'}: area\n")
     assert [file.name for file in (tmp_path / "o").iterdir()] == ["area.svg"]
 
 
-def test_mistakes_are_one_line_and_exit_code_2(tmp_path, told):
+def test_mistakes_are_one_line_and_exit_code_2(tmp_path, reported):
     run, bare, empty = tmp_path / "run", tmp_path / "bare", tmp_path / "empty"
     write_folder(run)
     write_folder(bare)
@@ -63,7 +63,7 @@ def test_mistakes_are_one_line_and_exit_code_2(tmp_path, told):
         ([run, "-o", blocked / "below"], "pictures cannot be written there"),
         ([run, "-o", ""], "empty"),
     ):
-        code, out, err = told(*arguments)
+        code, out, err = reported(*arguments)
         assert (code, out) == (2, "")
         assert words in err
         assert len(err.splitlines()) == 1

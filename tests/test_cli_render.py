@@ -7,12 +7,12 @@ from conftest import CORD
 from PIL import Image
 
 from netdae.cli import main
-from netdae.damping import NoDamping
-from netdae.net import CableNet
-from netdae.rendering import movie_file
-from netdae.state import State
-from netdae.system import System
-from netdae.vtk import VtuSeries
+from netdae.model.net import CableNet
+from netdae.model.state import State
+from netdae.output.vtk import VtuSeries
+from netdae.system.damping import NoDamping
+from netdae.system.system import System
+from netdae.visual.rendering import movie_file
 
 FRAMES = 5
 
@@ -33,7 +33,7 @@ def folder(tmp_path_factory):
     return place
 
 
-def told(capsys, *arguments):
+def reported(capsys, *arguments):
     code = main(["render", *map(str, arguments)])
     output = capsys.readouterr()
     return code, output.out, output.err
@@ -57,7 +57,7 @@ SMALL = ("--size", "200,160")
 )
 def test_it_makes_what_is_asked_for_and_says_so(folder, capsys, monkeypatch, options, name, line):
     monkeypatch.setattr(movie_file, "find_spec", lambda name: None)  # so that a movie is a GIF everywhere
-    assert told(capsys, folder, *options) == (0, f"{folder / name}: {line}\n", "")
+    assert reported(capsys, folder, *options) == (0, f"{folder / name}: {line}\n", "")
     assert (folder / name).stat().st_size > 1000
     (folder / name).unlink()
 
@@ -65,7 +65,7 @@ def test_it_makes_what_is_asked_for_and_says_so(folder, capsys, monkeypatch, opt
 @pytest.mark.parametrize("name", ["m.gif", "f.html"])
 def test_the_file_s_ending_tells_what_is_made(folder, tmp_path, capsys, name):
     size = SMALL if name == "m.gif" else ()
-    assert told(capsys, folder, "-o", tmp_path / name, "--frames", "1:3", *size)[0] == 0
+    assert reported(capsys, folder, "-o", tmp_path / name, "--frames", "1:3", *size)[0] == 0
     if name == "m.gif":
         assert Image.open(tmp_path / name).n_frames == 3
     else:
@@ -108,7 +108,7 @@ def test_the_file_s_ending_tells_what_is_made(folder, tmp_path, capsys, name):
 )
 def test_what_cannot_be_is_one_line(folder, tmp_path, monkeypatch, capsys, options, words):
     monkeypatch.chdir(tmp_path)
-    code, out, error = told(capsys, folder, *options)
+    code, out, error = reported(capsys, folder, *options)
     assert (code, out) == (2, "")
     assert words in error
     assert len(error.splitlines()) == 1
@@ -116,8 +116,8 @@ def test_what_cannot_be_is_one_line(folder, tmp_path, monkeypatch, capsys, optio
 
 
 def test_no_folder_and_folders_without_frames_are_one_line(tmp_path, capsys):
-    assert told(capsys) == (2, "", "FOLDER is missing: netdae render DIR. See netdae render --help\n")
+    assert reported(capsys) == (2, "", "FOLDER is missing: netdae render DIR. See netdae render --help\n")
     for place, words in ((tmp_path, "has no frames"), (tmp_path / "none", "is not a folder")):
-        code, out, error = told(capsys, place)
+        code, out, error = reported(capsys, place)
         assert (code, out) == (2, "")
         assert error == f"{place} {words}: give the output folder of netdae run, in which series.pvd is\n"

@@ -8,32 +8,33 @@ from pathlib import Path
 import numpy as np
 import pytest
 from conftest import CORD
+from flights import energy_of
 from numpy.random import default_rng
 
-from netdae.closed import with_closings
-from netdae.closing import (
+from netdae.core.errors import InputError
+from netdae.forces.brake import END_STOP
+from netdae.forces.drawcord import DRAWCORD
+from netdae.forces.loads import NodalLoad
+from netdae.forces.rings import Rings
+from netdae.model.material import Material
+from netdae.model.mouth import mouth_of, vector_area
+from netdae.model.net import CableNet
+from netdae.model.restraints import Restraint
+from netdae.model.state import State
+from netdae.solvers.flight import simulate
+from netdae.solvers.options import SolverOptions
+from netdae.system.closing import (
     Drawcord,
     Haul,
     Winch,
-    accuracy_told,
+    accuracy_reported,
     closing_tolerances,
     sharp_enough,
     tightened,
 )
-from netdae.damping import Dashpot, NoDamping, Rayleigh
-from netdae.errors import InputError
-from netdae.flight import simulate
-from netdae.forces.brake import END_STOP
-from netdae.forces.drawcord import SLIDING_CORD
-from netdae.forces.loads import NodalLoad
-from netdae.forces.rings import Rings
-from netdae.material import Material
-from netdae.mouth import mouth_of, vector_area
-from netdae.net import CableNet
-from netdae.options import SolverOptions
-from netdae.restraints import Restraint
-from netdae.state import State
-from netdae.system import System
+from netdae.system.closing_assembly import with_closings
+from netdae.system.damping import Dashpot, NoDamping, Rayleigh
+from netdae.system.system import System
 
 LINE = Material(youngs_modulus=1e11, linear_density=1e-9, area=1e-6)
 """EA 100 kN, massless."""
@@ -64,11 +65,6 @@ def system_of(closed, *, net=CORD, masses=None, damping=None, restraints=(), **m
     )
 
 
-def energy_of(system, state):
-    energy = system.kinetic_energy(state.v) + system.elastic_energy(state.x)
-    return energy + state.books.dissipated_energy - state.books.external_work
-
-
 # What is added to the net
 
 
@@ -87,7 +83,7 @@ def test_a_drawcord_runs_round_the_mouth_in_its_order():
         16 * np.hypot(0.5, 1e-3)
     )
     system = system_of(closed)
-    cord = next(force for force in system.forces if force.law is SLIDING_CORD)
+    cord = next(force for force in system.forces if force.law is DRAWCORD)
     assert cord.parameters.segments == len(loop)  # as many as rings: closed
     np.testing.assert_array_equal(cord.nodes[0], [*loop, net.node_count])
     np.testing.assert_array_equal(mouth_of(closed.net, "border"), loop)
@@ -167,7 +163,7 @@ def test_a_motor_at_its_full_force_draws_two_masses_together_as_one_degree_of_fr
         # the cable stretches by 2e-5 m, with a transient of ms
         assert frame.x[4, 0] == pytest.approx(0.5 * a * frame.t**2, rel=1e-3)
         assert frame.v[0, 0] == pytest.approx(2 / 3 * a * frame.t, rel=1e-3)
-        assert frame.books.external_work == pytest.approx(pull * frame.x[4, 0], rel=1e-3)
+        assert frame.balance.external_work == pytest.approx(pull * frame.x[4, 0], rel=1e-3)
         assert energy_of(system, frame) == pytest.approx(0.0, abs=1e-5)
     assert np.abs(system.momentum(flight[2].v)).max() < 1e-13
 
@@ -186,7 +182,7 @@ def test_a_winch_waits_keeps_its_speed_and_stops_at_its_final_length():
     np.testing.assert_allclose(drum[-4:, 0], 1.0 + 50.0 / (1e5 / 2), atol=1e-5)
     assert np.abs(drum[-4:, 1]).max() < 1e-6
     assert energy_of(system, flight[-1]) == pytest.approx(0.0, abs=1e-4)
-    assert flight[-1].books.external_work > 0.05
+    assert flight[-1].balance.external_work > 0.05
 
 
 @pytest.mark.parametrize("left", [0.6, 4.0])
@@ -222,7 +218,7 @@ def test_a_load_over_the_motors_force_stalls_it_and_the_pawl_holds_but_for_its_c
     u = 0.5 * (P + math.sqrt(P * P + 4 * P))
     # after a millisecond of transients; the strain of 2e-4 lets cord out of the drum a little longer
     assert flight[2].v[4, 0] == pytest.approx(-0.01 * u, rel=2e-3)
-    assert flight[2].books.dissipated_energy > flight[1].books.dissipated_energy
+    assert flight[2].balance.dissipated_energy > flight[1].balance.dissipated_energy
 
 
 def test_a_drum_is_locked_by_hold():
@@ -270,7 +266,7 @@ def test_a_drawcord_closes_the_mouth_keeps_momentum_and_balances_its_work(fricti
     assert area[-1] < 2.0  # the corners, with what they have gained, draw 8 m of cord into a thin loop
     # the rings are all knots of the border: it is as long as the cord, but for the stop's way at the motor's force
     assert border[-1] < 8.05
-    work = flight[-1].books.external_work
+    work = flight[-1].balance.external_work
     assert work > 2.0  # it brings the corners to 1 m/s and more
     for frame in flight:
         assert np.abs(system.momentum(frame.v)).max() < 1e-12
@@ -337,96 +333,97 @@ def test_tolerances_follow_the_slowest_closing():
     assert tightened((1e-3, 1e-4, 1e-2), []) == (1e-3, 1e-4, 1e-2)
 
 
-def test_the_accuracy_of_a_closing_is_told():
+def test_the_accuracy_of_a_closing_is_reported():
     quick = Winch("a", "b", LINE, HAUL)
-    assert accuracy_told((1e-4, 1e-5, 3e-4), []) is None
-    assert accuracy_told((1e-5, 1e-7, 1e-5), [quick]) == (
+    assert accuracy_reported((1e-4, 1e-5, 3e-4), []) is None
+    assert accuracy_reported((1e-5, 1e-7, 1e-5), [quick]) == (
         "closing at 1 m/s is flown with rtol 1e-05, atol_position 1e-07 m, atol_velocity 1e-05 m/s, as it needs"
     )
     assert sharp_enough((1e-5, 1e-7, 1e-5), [quick])
     assert not sharp_enough((1e-4, 1e-7, 1e-5), [quick])
-    told = accuracy_told((1e-3, 1e-4, 1e-2), [quick])
-    assert told.startswith("closing at 1 m/s is flown with rtol 0.001,")
-    assert "but it needs rtol 1e-05, atol_position 1e-07 m, atol_velocity 1e-05 m/s" in told
+    reported = accuracy_reported((1e-3, 1e-4, 1e-2), [quick])
+    assert reported.startswith("closing at 1 m/s is flown with rtol 0.001,")
+    assert "but it needs rtol 1e-05, atol_position 1e-07 m, atol_velocity 1e-05 m/s" in reported
 
 
-# What is told
+# What is reported
 
 
-def told(*closings, net=None, t=0.0):
+def reported(*closings, net=None, t=0.0):
     net = net or net_of()
     with pytest.raises(InputError) as error:
         with_closings(net, at_rest(net, t), closings)
     return str(error.value)
 
 
-def test_what_cannot_be_strung_is_told():
+def test_what_cannot_be_strung_is_reported():
     net = net_of()
-    assert "runs through 1 node" in told(Drawcord(LINE, HAUL, nodes=(3,)))
-    assert "runs through 0 nodes: give" in told(Drawcord(LINE, HAUL, nodes=()))
-    assert "runs through 1 node of 'centre'" in told(Drawcord(LINE, HAUL, group="centre"))
-    assert "node 99, but the net has 25 nodes" in told(Drawcord(LINE, HAUL, nodes=(3, 99, 4)))
-    assert "through node 3 twice" in told(Drawcord(LINE, HAUL, nodes=(3, 4, 3)))
-    assert "a closed cord runs through 2 nodes" in told(Drawcord(LINE, HAUL, nodes=(3, 4)))
-    assert "no node group 'rim'" in told(Drawcord(LINE, HAUL, group="rim"))
-    assert "node 12 of 'two' is not on the loop 'border'" in told(
+    assert "runs through 1 node" in reported(Drawcord(LINE, HAUL, nodes=(3,)))
+    assert "runs through 0 nodes: give" in reported(Drawcord(LINE, HAUL, nodes=()))
+    assert "runs through 1 node of 'centre'" in reported(Drawcord(LINE, HAUL, group="centre"))
+    assert "node 99, but the net has 25 nodes" in reported(Drawcord(LINE, HAUL, nodes=(3, 99, 4)))
+    assert "through node 3 twice" in reported(Drawcord(LINE, HAUL, nodes=(3, 4, 3)))
+    assert "a closed cord runs through 2 nodes" in reported(Drawcord(LINE, HAUL, nodes=(3, 4)))
+    assert "no node group 'rim'" in reported(Drawcord(LINE, HAUL, group="rim"))
+    assert "node 12 of 'two' is not on the loop 'border'" in reported(
         Drawcord(LINE, HAUL, group="two", loop="border"),
         net=CableNet(net.nodes, net.cables, {**net.node_groups, "two": [0, 12]}),
     )
-    assert "'corners' has 4 nodes and 'centre' has 1" in told(Winch("corners", "centre", LINE, HAUL))
-    assert "node 12 of 'centre' is its own partner" in told(Winch("centre", "centre", LINE, HAUL))
+    assert "'corners' has 4 nodes and 'centre' has 1" in reported(Winch("corners", "centre", LINE, HAUL))
+    assert "node 12 of 'centre' is its own partner" in reported(Winch("centre", "centre", LINE, HAUL))
 
 
-def test_a_pair_that_is_joined_twice_is_told_and_a_node_with_two_partners_is_not():
-    assert "nodes 4 and 0 are joined twice" in told(Winch((0, 4), (4, 0), LINE, HAUL))
+def test_a_pair_that_is_joined_twice_is_reported_and_a_node_with_two_partners_is_not():
+    assert "nodes 4 and 0 are joined twice" in reported(Winch((0, 4), (4, 0), LINE, HAUL))
     net = net_of()
     with_closings(net, at_rest(net), [Winch((0, 0), (4, 20), LINE, HAUL)])
 
 
-def test_a_cord_that_pulls_at_the_start_with_more_than_its_motor_is_told():
+def test_a_cord_that_pulls_at_the_start_with_more_than_its_motor_is_reported():
     net = net_of()
     # 8 m round: EA ½ ((8/7)² − 1) 8/7 of 100 kN
-    assert "is 7 m long, but its way at the start is 8.00002 m, on which it pulls with 1.75e+04 N" in told(
-        Drawcord(LINE, HAUL, group="border", length=7.0)
+    assert (
+        "is 7 m long, but its way at the start is 8.00002 m, on which it pulls with 1.75e+04 N"
+        in reported(Drawcord(LINE, HAUL, group="border", length=7.0))
     )
-    assert "from node 0 to 4 is 1.9 m long, but its way at the start is 2 m" in told(
+    assert "from node 0 to 4 is 1.9 m long, but its way at the start is 2 m" in reported(
         Winch((0,), (4,), LINE, HAUL, length=1.9)
     )
     # stretched by 1e-4 it pulls with 10 N of the motor's 20 N
     with_closings(net, at_rest(net), [Winch((0,), (4,), LINE, HAUL, length=2 / 1.0001)])
 
 
-def test_lengths_and_times_that_do_not_go_together_are_told():
+def test_lengths_and_times_that_do_not_go_together_are_reported():
     long = Haul(speed=1.0, force=1.0, final_length=9.0)
     short = Haul(speed=1.0, force=1.0, final_length=0.05)
-    assert "final_length is 9 m, but the cord is 8" in told(Drawcord(LINE, long, group="border"))
-    assert "under 1% of the cord's 8" in told(Drawcord(LINE, short, group="border"))
+    assert "final_length is 9 m, but the cord is 8" in reported(Drawcord(LINE, long, group="border"))
+    assert "under 1% of the cord's 8" in reported(Drawcord(LINE, short, group="border"))
     rings = Rings(size=0.1)
-    assert "16 rings of 0.1 m side by side take 1.6 m" in told(
+    assert "16 rings of 0.1 m side by side take 1.6 m" in reported(
         Drawcord(LINE, HAUL, group="border", rings=rings)
     )
     early = Haul(speed=1.0, force=1.0, final_length=1.0, begin=-1.0)
-    assert "begin is -1 s, before the start of the flight at 0 s" in told(
+    assert "begin is -1 s, before the start of the flight at 0 s" in reported(
         Drawcord(LINE, early, group="border")
     )
     begun = Haul(speed=1.0, force=1.0, final_length=1.0, begin=1.0)
-    assert "begin is 1 s, before the start of the flight at 2 s" in told(
+    assert "begin is 1 s, before the start of the flight at 2 s" in reported(
         Drawcord(LINE, begun, group="border"), t=2.0
     )
     net = net_of()
     taken = CableNet(net.nodes, net.cables, {**net.node_groups, "drums": [1]})
-    assert "a node group 'drums' already" in told(Drawcord(LINE, HAUL, group="border"), net=taken)
+    assert "a node group 'drums' already" in reported(Drawcord(LINE, HAUL, group="border"), net=taken)
 
 
 @pytest.mark.parametrize("name", ["speed", "force", "final_length", "drum_inertia"])
 @pytest.mark.parametrize("value", [0.0, -1.0, math.inf])
-def test_numbers_out_of_range_are_told(name, value):
+def test_numbers_out_of_range_are_reported(name, value):
     values = {"speed": 1.0, "force": 1.0, "final_length": 1.0, name: value}
     with pytest.raises(InputError, match=f"closing: {name} is {value:g}"):
         Haul(**values)
 
 
-def test_contradictions_are_told():
+def test_contradictions_are_reported():
     with pytest.raises(InputError, match="begins at 2 s and is held from 1 s on"):
         Haul(speed=1.0, force=1.0, final_length=1.0, begin=2.0, hold=1.0)
     with pytest.raises(InputError, match="just one of a group and a list"):

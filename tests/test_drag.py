@@ -1,27 +1,27 @@
-"""Drag in orbit and in air, and sunlight: closed forms, means over directions, books."""
+"""Drag in orbit and in air, and sunlight: closed forms, means over directions, balance."""
 
 import numpy as np
 import pytest
 from conftest import CORD, SOFT, line, random_net, random_velocities
 
-from netdae.damping import Dashpot, NoDamping
-from netdae.errors import InputError
-from netdae.flight import simulate
+from netdae.core.errors import InputError
 from netdae.forces.air import AirDrag
 from netdae.forces.drag import BodyDrag
 from netdae.forces.free_molecular import FreeMolecularDrag
 from netdae.forces.loads import Gravity
 from netdae.forces.orbit import Orbit
 from netdae.forces.solar import BodySolarPressure, SolarPressure, sun_over_orbit
-from netdae.jacobian_check import compare_jacobian
-from netdae.material import Cords, Material
-from netdae.metrics import DeploymentMetrics
-from netdae.net import CableNet
-from netdae.options import SolverOptions
+from netdae.model.material import Cords, Material
+from netdae.model.net import CableNet
+from netdae.model.signals import Pulse, Table
+from netdae.model.state import State
+from netdae.output.metrics import DeploymentMetrics
+from netdae.runs.jacobian_check import compare_jacobian
 from netdae.scenario.simulation import Simulation
-from netdae.signals import Pulse, Table
-from netdae.state import State
-from netdae.system import System
+from netdae.solvers.flight import simulate
+from netdae.solvers.options import SolverOptions
+from netdae.system.damping import Dashpot, NoDamping
+from netdae.system.system import System
 
 RHO, CD, D = 2e-13, 2.2, 1e-3  # air at 600 km, kg/m³; thickness of CORD, m
 V = 7558.0  # m/s at 600 km
@@ -165,7 +165,7 @@ def test_what_falls_in_air_follows_the_hyperbolic_tangent_to_its_terminal_veloci
     system = System(net, CORD, damping=NoDamping(), masses=masses, loads=[Gravity([0, 0, -G]), drag])
     u = np.sqrt(mass * G / c)
     times = np.linspace(0.0, 3 * u / G, 5)
-    # the steps of dop853 are so long that Simpson's rule for the books asks for shorter ones
+    # the steps of dop853 are so long that Simpson's rule for the balance asks for shorter ones
     tight = {"rtol": 1e-7, "atol_position": 1e-6, "atol_velocity": 1e-6, "max_step": 0.1 * u / G}
     flight = simulate(system, State.at(net.nodes), times, options=SolverOptions(method=method, **tight))
     # 1e-7 of u, or of the way of 3 u²/g, in each step; a slack of the tolerance, 1e-6 m, shows 14 times as much
@@ -179,11 +179,11 @@ def test_what_falls_in_air_follows_the_hyperbolic_tangent_to_its_terminal_veloci
         )
     assert flight[-1].v[0, 2] == pytest.approx(-u, rel=0.01)
     impulse = system.momentum(flight[-1].v)
-    np.testing.assert_allclose(flight[-1].books.external_impulse, impulse, rtol=1e-5, atol=1e-9)
+    np.testing.assert_allclose(flight[-1].balance.external_impulse, impulse, rtol=1e-5, atol=1e-9)
     energy = system.kinetic_energy(flight[-1].v)
     # the works of weight and of drag nearly cancel: each is six times what is left
-    assert flight[-1].books.external_work == pytest.approx(energy, rel=1e-4)
-    assert flight[-1].books.dissipated_energy == 0.0
+    assert flight[-1].balance.external_work == pytest.approx(energy, rel=1e-4)
+    assert flight[-1].balance.dissipated_energy == 0.0
 
 
 def test_a_gust_takes_a_cord_along_from_its_first_instant_on():
@@ -198,7 +198,7 @@ def test_a_gust_takes_a_cord_along_from_its_first_instant_on():
     v = w - 1 / (1 / w + c / system.mass.sum() * (0.5 - begin))
     np.testing.assert_allclose(flight[-1].v, [[0.0, v, 0.0]] * 2, rtol=0, atol=1e-5 * v)
     assert flight.statistics["starts"] == 2
-    assert flight[-1].books.external_work == pytest.approx(0.5 * system.mass.sum() * v**2, rel=1e-5)
+    assert flight[-1].balance.external_work == pytest.approx(0.5 * system.mass.sum() * v**2, rel=1e-5)
 
 
 def test_a_table_of_wind_that_does_not_cover_the_flight_is_refused():
@@ -229,13 +229,15 @@ def test_the_energy_books_of_a_net_in_a_stream_close_with_the_tolerance(name):
         options = SolverOptions(rtol=rtol, atol_position=0.1 * rtol, atol_velocity=10 * rtol)
         flight = simulate(system, start, [0.0, 0.1], options=options)
         energy = [system.kinetic_energy(f.v) + system.elastic_energy(f.x) for f in flight]
-        books = flight[-1].books
-        assert abs(books.external_work) > 0.01 * energy[0]
-        missing.append(abs(energy[1] - energy[0] + books.dissipated_energy - books.external_work) / energy[0])
+        balance = flight[-1].balance
+        assert abs(balance.external_work) > 0.01 * energy[0]
+        missing.append(
+            abs(energy[1] - energy[0] + balance.dissipated_energy - balance.external_work) / energy[0]
+        )
         impulse = system.momentum(flight[-1].v) - system.momentum(start.v)
         # m v to the tolerance of v, in steps that err to both sides
         np.testing.assert_allclose(
-            books.external_impulse, impulse, rtol=10 * rtol, atol=10 * rtol * system.mass.sum()
+            balance.external_impulse, impulse, rtol=10 * rtol, atol=10 * rtol * system.mass.sum()
         )
     assert missing[2] < 1e-4
     assert missing[2] < missing[1] < missing[0]
@@ -291,7 +293,7 @@ def test_a_body_in_sunlight_gets_its_momentum_and_none_in_shadow():
     flight = simulate(system, start, [0.0, 20.0])
     expected = P * CR * 0.1 * 12.0 * np.array([-0.6, 0.0, -0.8])
     np.testing.assert_allclose(system.mass[0] * flight[-1].v[0], expected, rtol=1e-9, atol=1e-18)
-    np.testing.assert_allclose(flight[-1].books.external_impulse, expected, rtol=1e-9, atol=1e-18)
+    np.testing.assert_allclose(flight[-1].balance.external_impulse, expected, rtol=1e-9, atol=1e-18)
     assert flight.statistics["starts"] == 3
 
 
@@ -310,7 +312,7 @@ def test_the_sun_stands_still_beside_the_orbit_whose_frame_turns():
     np.testing.assert_allclose(sun_over_orbit(sun, n, since=t)(t), sun, rtol=1e-12)
 
 
-def test_thickness_is_that_of_the_cross_section_or_as_told():
+def test_thickness_is_that_of_the_cross_section_or_as_reported():
     broad = FreeMolecularDrag(RHO, STREAM, diameter=3e-3)
     d = [0.0, 0.0, 1.0]
     np.testing.assert_allclose(push(broad, d), 3 * push(LOADS["molecular"], d), rtol=1e-12)

@@ -2,34 +2,33 @@
 
 import numpy as np
 import pytest
+from conftest import STIFF
+from flights import energy_of
 from numpy.random import default_rng
 from scipy.integrate import solve_ivp
 
-from netdae.damping import Dashpot, NoDamping
-from netdae.errors import InputError, RunError
-from netdae.flight import simulate
-from netdae.forces.drawcord import sliding_cord, tensions_of
+from netdae.core.errors import InputError, RunError
+from netdae.forces.drawcord import drawcord, tensions_of
 from netdae.forces.elements import ElementForce
 from netdae.forces.loads import NodalLoad
 from netdae.forces.loops import TENSION
 from netdae.forces.motor import MOTOR, Motor
 from netdae.forces.reel import REELED, Reeled
 from netdae.forces.rings import Cord, Rings
-from netdae.material import Material
-from netdae.motions import FunctionMotion
-from netdae.net import CableNet
-from netdae.net_forces import NetForces
-from netdae.options import SolverOptions
-from netdae.reels import Reel
-from netdae.restraints import Restraint
-from netdae.state import State
-from netdae.system import System
+from netdae.model.material import Material
+from netdae.model.motions import FunctionMotion
+from netdae.model.net import CableNet
+from netdae.model.restraints import Restraint
+from netdae.model.state import State
+from netdae.solvers.flight import simulate
+from netdae.solvers.options import SolverOptions
+from netdae.system.damping import Dashpot, NoDamping
+from netdae.system.net_forces import NetForces
+from netdae.system.reels import Reel
+from netdae.system.system import System
 
 SOFT = Material(youngs_modulus=1e8, linear_density=1e-9, area=1e-6)
 """EA 100 N, massless."""
-
-STIFF = Material(youngs_modulus=1e11, linear_density=1e-9, area=1e-6)
-"""EA 100 kN, massless."""
 
 TIGHT = SolverOptions(rtol=1e-8, atol_position=1e-10, atol_velocity=1e-8)
 
@@ -70,11 +69,6 @@ def polygon(k, radius):
     return radius * np.stack((np.cos(angle), np.sin(angle), np.zeros(k)), axis=1)
 
 
-def energy_of(system, state):
-    energy = system.kinetic_energy(state.v) + system.elastic_energy(state.x)
-    return energy + state.books.dissipated_energy - state.books.external_work
-
-
 def winding(speed, t0=0.5):
     """s = v t²/(2 t0) up to t0, then at the speed v: no jump of the velocity."""
     return FunctionMotion(
@@ -112,7 +106,7 @@ def test_a_polygon_of_free_masses_is_drawn_in_as_its_radius_is(k):
         # radial, all of them: what is sideways is round-off, that the solver's corrections let grow
         assert np.abs(np.cross(out, w)).max() < 1e-9
         assert energy_of(system, frame) == pytest.approx(energy_of(system, flight[0]), abs=1e-5)
-    assert flight[-1].books.external_work > 0.02  # that the drum has put in
+    assert flight[-1].balance.external_work > 0.02  # that the drum has put in
     assert np.abs(system.momentum(flight[-1].v)).max() < 1e-12
 
 
@@ -134,7 +128,7 @@ def test_a_skew_cord_keeps_both_momenta_and_balances_the_energy(friction):
     start = State.at(net.nodes, v)
     flight = simulate(system, start, np.linspace(0, 0.6, 4), options=TIGHT)
     last = flight[-1]
-    assert last.books.dissipated_energy > 0.05
+    assert last.balance.dissipated_energy > 0.05
     # 7.9 J; Simpson's rule over the steps in which the dashpot sets in with a jump
     assert energy_of(system, last) == pytest.approx(energy_of(system, flight[0]), abs=5e-5)
     size = np.abs(system.momentum(start.v)).max()
@@ -152,7 +146,7 @@ def test_forces_on_rings_have_no_resultant_and_no_moment(closed, friction):
     rng = default_rng(5)
     x, v = rng.standard_normal((2, 1, 31, 3))
     x[0, -1, 0] = 0.1
-    force = sliding_cord(np.arange(31)[None], cord(L=20.0, friction=friction, tau=0.01), closed=closed)
+    force = drawcord(np.arange(31)[None], cord(L=20.0, friction=friction, tau=0.01), closed=closed)
     f = force.force(0.0, x, v)
     assert np.abs(f).max() > 10.0
     rings = f[0, :-1]
@@ -167,7 +161,7 @@ def test_a_cord_between_two_rings_is_a_reeled_cable():
     x[0, 2, 0] = 0.2
     L = 0.9 * np.linalg.norm(x[0, 1] - x[0, 0]) + 0.2
     alone = cord(L=L, eps=0.05, tau=0.05, size=1e-6, friction=0.3)
-    one = sliding_cord(np.arange(3)[None], alone, closed=False)
+    one = drawcord(np.arange(3)[None], alone, closed=False)
     single = [np.array([value]) for value in (L, -1.0, 50.0, 0.05, False, 0.05)]
     other = ElementForce(REELED, np.arange(3)[None], Reeled(*single))
     np.testing.assert_allclose(one.force(0.0, x, v), other.force(0.0, x, v), rtol=1e-9)
@@ -182,7 +176,7 @@ def test_coincident_rings_give_numbers_and_touch_at_their_size(friction):
     x, v = rng.standard_normal((2, 1, 9, 3))
     x[0, 3] = x[0, 4] = x[0, 2]
     x[0, -1, 0] = 0.0
-    force = sliding_cord(np.arange(9)[None], cord(L=5.0, size=0.01, friction=friction), closed=True)
+    force = drawcord(np.arange(9)[None], cord(L=5.0, size=0.01, friction=friction), closed=True)
     with np.errstate(all="raise"):
         assert np.isfinite(force.force(0.0, x, v)).all()
         K, C = force.tangent(0.0, x, v).spread(1)
@@ -190,7 +184,7 @@ def test_coincident_rings_give_numbers_and_touch_at_their_size(friction):
     assert np.isfinite(C).all()
     packed = np.zeros((1, 9, 3))
     for L, taut in ((0.081, False), (0.079, True)):  # eight rings of 1 cm
-        force = sliding_cord(np.arange(9)[None], cord(L=L, size=0.01, friction=friction), closed=True)
+        force = drawcord(np.arange(9)[None], cord(L=L, size=0.01, friction=friction), closed=True)
         assert (force.account(0.0, packed, v).stored_energy > 0) == taut
         assert not force.force(0.0, packed, v)[0, :-1].any()
 
@@ -204,14 +198,14 @@ def test_tensions_fall_from_ring_to_ring_by_the_capstan_rule(friction):
     v[0, -1, 0] = 1e6  # far over the creep speed also at the last ring
     L = 0.9 * 2 * k * np.sin(np.pi / k)
     one, both = (
-        sliding_cord(np.arange(k + 1)[None], cord(L=L, friction=friction, theta=theta), closed=True)
+        drawcord(np.arange(k + 1)[None], cord(L=L, friction=friction, theta=theta), closed=True)
         for theta in (1.0, 0.5)
     )
     # angles are smoothed by 1e-3 of them
     step = np.exp(-friction * (2 * np.pi / k - 1e-3))
     N = tensions_of(one, x, v)
     np.testing.assert_allclose(N[1:] / N[:-1], step, rtol=1e-6)
-    mean = tensions_of(sliding_cord(np.arange(k + 1)[None], cord(L=L), closed=True), x, v)
+    mean = tensions_of(drawcord(np.arange(k + 1)[None], cord(L=L), closed=True), x, v)
     assert N.mean() == pytest.approx(mean[0], rel=1e-12)
     # wound in at both ends, the cord's middle stands still at the ring opposite
     N = tensions_of(both, x, v)
@@ -246,7 +240,7 @@ def test_atwoods_machine_with_a_capstan_falls_as_it_should():
         # the strain at the start is that of the mean tension; the creep speed is 5e-3 of the slowest sliding,
         # friction 1e-5 short; segments of different tension stretch alike: 1e-4 of a second length
         assert frame.v[0, 2] == pytest.approx(0.2 + a * frame.t, rel=1e-3)
-    lost = flight[-1].books.dissipated_energy
+    lost = flight[-1].balance.dissipated_energy
     way = flight[-1].x[0, 2] - x[0, 2]
     tensions = m1 * (g + a), m2 * (g - a)
     assert lost == pytest.approx((tensions[1] - tensions[0]) * way, rel=2e-3)
@@ -319,9 +313,9 @@ def test_strain_tension_and_energy_of_a_cord_are_those_of_its_whole_length():
     assert system.account(0.0, x, np.zeros_like(x))[0] == pytest.approx(stored, rel=1e-12)
 
 
-def test_a_cord_wound_in_whole_is_told():
+def test_a_cord_wound_in_whole_is_reported():
     net = CableNet(np.zeros((8, 3)), [[0, 1]], rest_length=[1.0])
-    force = sliding_cord(np.array([[3, 5, 6, 7]]), cord(L=1.5), closed=True)
+    force = drawcord(np.array([[3, 5, 6, 7]]), cord(L=1.5), closed=True)
     system = System(net, SOFT, damping=NoDamping(), masses={"all": 1.0}, forces=[force])
     x = np.zeros((8, 3))
     x[7, 0] = 2.0
@@ -341,12 +335,12 @@ def test_a_cord_wound_in_whole_is_told():
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_cords_and_motors_that_share_nodes_add_up_in_a_net(seed, stretch):
     """A closed cord with friction, an open one with a toe, one of two rings: taut where stretch is above 1."""
-    told = (
+    reported = (
         ([3, 0, 4, 1, 7], cord(9.0 / stretch, tau=1e-2, friction=0.3, theta=0.5), True),
         ([5, 2, 6, 8], cord(4.0 / stretch, eps=0.3, engineering=True), False),
         ([1, 2, 7], cord(1.5 / stretch, share=0.5, tau=1e-3), False),
     )
-    cords = [sliding_cord(np.array([nodes]), numbers, closed=closed) for nodes, numbers, closed in told]
+    cords = [drawcord(np.array([nodes]), numbers, closed=closed) for nodes, numbers, closed in reported]
     two = Motor(*np.array([[5.0, 3.0], [0.1, -0.2], [0.02, 0.3], [0.05, 0.4]]))
     one = Motor(*np.array([[2.0], [0.5], [0.1], [0.1]]))
     motors = [ElementForce(MOTOR, *each) for each in ((np.array([[7], [2]]), two), (np.array([[8]]), one))]
@@ -374,13 +368,13 @@ def test_cords_and_motors_that_share_nodes_add_up_in_a_net(seed, stretch):
 
 
 @pytest.mark.parametrize(
-    ("values", "told"),
+    ("values", "reported"),
     [
         ({"size": 0.0}, "size is 0"),
         ({"friction": -0.1}, "friction is -0.1"),
         ({"creep_speed": np.nan}, "creep_speed is nan"),
     ],
 )
-def test_rings_out_of_range_are_told(values, told):
-    with pytest.raises(InputError, match=told):
+def test_rings_out_of_range_are_reported(values, reported):
+    with pytest.raises(InputError, match=reported):
         Rings(**values)

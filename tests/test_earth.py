@@ -7,8 +7,8 @@ import sys
 import numpy as np
 import pytest
 
-from netdae import earth
-from netdae.errors import InputError
+from netdae.core.errors import InputError
+from netdae.forces import earth
 
 DAY = 86400.0
 
@@ -32,7 +32,7 @@ def test_geostationary_orbit_stands_at_35786_km():
 
 
 def test_space_station_goes_round_as_often_as_it_does():
-    # its two-line elements tell 15.49 to 15.51 revolutions a day at a mean altitude of 415 to 422 km; 0.2 % for J2
+    # its two-line elements report 15.49 to 15.51 revolutions a day at a mean altitude of 415 to 422 km; 0.2 % for J2
     assert earth.mean_motion(418e3) * DAY / (2 * math.pi) == pytest.approx(15.5, rel=2e-3)
     assert earth.circular_speed(418e3) == pytest.approx(7660.0, rel=2e-3)
 
@@ -127,6 +127,8 @@ def test_mean_motion_without_an_orbit_is_refused(mean_motion):
 
 
 def test_earth_needs_nothing_heavy_but_numpy():
-    code = "import sys, netdae.earth; print({'scipy', 'numba', 'sksundae', 'pyvista'} & {*sys.modules})"
+    code = (
+        "import sys, netdae.forces.earth; print({'scipy', 'numba', 'sksundae', 'pyvista'} & {*sys.modules})"
+    )
     shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert shown.stdout.strip() == "set()"

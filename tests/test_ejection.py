@@ -7,16 +7,16 @@ import pytest
 from conftest import CORD
 from numpy.random import default_rng
 
-from netdae.damping import Dashpot
-from netdae.ejection import Ejection, Launch, Spread, check_bullets, fired, launch_of, velocity_after
-from netdae.errors import InputError
-from netdae.initial import ejected, scaled
-from netdae.integration import integrate
-from netdae.net import CableNet
-from netdae.options import SolverOptions
-from netdae.stowing.accordion import accordion
-from netdae.stowing.canister import Canister
-from netdae.system import System
+from netdae.core.errors import InputError
+from netdae.initial.accordion import accordion
+from netdae.initial.canister import Canister
+from netdae.initial.ejection import Ejection, Launch, Spread, check_bullets, fired, launch_of, velocity_after
+from netdae.initial.scaled import ejected, scaled
+from netdae.model.net import CableNet
+from netdae.solvers.driver import integrate
+from netdae.solvers.options import SolverOptions
+from netdae.system.damping import Dashpot
+from netdae.system.system import System
 
 NET, START = scaled(CableNet.square(side=2.0, cells=4), (0.5, 0.5, 1.0), velocity=(0.1, 0.0, 0.2))
 CORNERS = NET.nodes_of("corners")

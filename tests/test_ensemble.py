@@ -8,8 +8,8 @@ import pytest
 from conftest import reference_flight
 from numba import njit
 
-from netdae.flight import simulate
-from netdae.mouth import mouth_of, vector_area
+from netdae.model.mouth import mouth_of, vector_area
+from netdae.solvers.flight import simulate
 
 TIMES = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
 TAU, EA, LINEAR_DENSITY = 1e-5, 70e9 * np.pi / 4 * 1e-6, 1390.0 * np.pi / 4 * 1e-6

@@ -3,7 +3,6 @@
 import csv
 import importlib.util
 import io
-import json
 import logging
 import os
 import signal
@@ -16,63 +15,27 @@ import numpy as np
 import pytest
 import tasks
 from conftest import random_net
+from folders import summary_of
 from numpy.random import default_rng
 from rich.console import Console
+from shots import shot, write_shot
 
 import netdae as nd
-from netdae import workers
 from netdae.cli import main
 from netdae.cli.ensemble import MembersProgress, band_in_words
-from netdae.compilation import told_when_compiling
-from netdae.ensemble import Ensemble, bands_of, common_warnings, events_over, figures_over, statistics_of
-from netdae.ensemble_folder import EnsembleFolder, fly_member
-from netdae.errors import InputError, RunError
-from netdae.gauge import Cordage
-from netdae.workers import Outcome, outcomes_of, processes_for
+from netdae.core.compilation import reported_when_compiling
+from netdae.core.errors import InputError, RunError
+from netdae.runs import workers
+from netdae.runs.ensemble import Ensemble, bands_of, common_warnings, events_over, figures_over, statistics_of
+from netdae.runs.ensemble_folder import EnsembleFolder, fly_member
+from netdae.runs.workers import Outcome, outcomes_of, processes_for
+from netdae.system.measurements import Cordage
 
 # pulled taut after 0.05 s; what comes then depends on the start
-SHOT = """\
-title = "small shot"
-[net]
-kind = "square"
-side = 1.0
-cells = 4
-[[material]]
-youngs_modulus = 1e9
-density = 1390
-diameter = 1e-3
-[damping]
-kind = "dashpot"
-viscosity_time = 1e-4
-[[masses]]
-group = "corners"
-mass = 0.05
-[initial]
-scale = [0.8, 0.8, 1.0]
-[[initial.ejection]]
-group = "corners"
-speed = 5.0
-half_angle_deg = 60
-[solver]
-end = 0.1
-accuracy = "fast"
-[output]
-frames = 5
-"""
-SLACK = SHOT.replace("end = 0.1", "end = 0.02").replace("scale = [0.8, 0.8", "scale = [0.4, 0.4")
+SHOT = shot()
+SLACK = shot(scale=0.4, end=0.02)
 
 RUN_FILES = {"checkpoint.npz", "metrics.csv", "scenario.toml", "summary.json", "trajectory.npz"}
-
-
-def write(folder, text=SHOT):
-    folder.mkdir(exist_ok=True)
-    file = folder / "shot.toml"
-    file.write_text(text, encoding="utf-8")
-    return file
-
-
-def summary_of(folder):
-    return json.loads((folder / "summary.json").read_text(encoding="utf-8"))
 
 
 def table_of(folder):
@@ -109,7 +72,7 @@ def no_processes(monkeypatch):
 
 def run(folder, *arguments, text=SHOT):
     """Exit code of a run into folder/out."""
-    return main(["run", str(write(folder, text)), "-o", str(folder / "out"), *map(str, arguments)])
+    return main(["run", str(write_shot(folder, text)), "-o", str(folder / "out"), *map(str, arguments)])
 
 
 @pytest.fixture(scope="module")
@@ -150,10 +113,12 @@ def test_disturbances_are_normal_with_the_size_asked_for_and_of_their_own_for_ea
 
 def test_statistics_are_those_of_numpy():
     values = default_rng(3).normal(5.0, 2.0, 11)
-    told = statistics_of([*values, None, float("nan")])
+    reported = statistics_of([*values, None, float("nan")])
     expected = (11, np.mean(values), np.std(values, ddof=1), np.min(values), np.max(values))
     # sums of eleven terms
-    assert [told[name] for name in ("n", "mean", "std", "min", "max")] == pytest.approx(expected, rel=1e-14)
+    assert [reported[name] for name in ("n", "mean", "std", "min", "max")] == pytest.approx(
+        expected, rel=1e-14
+    )
 
 
 def test_members_that_agree_have_no_band_and_few_members_no_deviation():
@@ -234,14 +199,17 @@ def test_times_of_events_are_those_of_the_first_in_each_member_that_had_them():
         (3.25, float("nan"), "3.25 N"),
     ],
 )
-def test_a_band_is_told_to_two_digits_of_its_deviation(mean, std, words):
+def test_a_band_is_reported_to_two_digits_of_its_deviation(mean, std, words):
     of = {"n": 3, "mean": mean, "std": std, "min": mean - std, "max": mean + std}
     assert band_in_words(of, "N") == words
 
 
-def test_warnings_that_differ_in_numbers_are_told_once():
-    told = common_warnings({"a": ["2.5 m² at t = 1e-3 s", "slow"], "b": ["-3 m² at t = 0.1 s"], "c": []})
-    assert told == ["in 2 of 3 members, first a: 2.5 m² at t = 1e-3 s", "in 1 of 3 members, first a: slow"]
+def test_warnings_that_differ_in_numbers_are_reported_once():
+    reported = common_warnings({"a": ["2.5 m² at t = 1e-3 s", "slow"], "b": ["-3 m² at t = 0.1 s"], "c": []})
+    assert reported == [
+        "in 2 of 3 members, first a: 2.5 m² at t = 1e-3 s",
+        "in 1 of 3 members, first a: slow",
+    ]
 
 
 # Runs
@@ -330,10 +298,10 @@ def test_figures_are_those_of_the_members_files(flown):
     assert {*summary["deployment"]} == {*members[0]["deployment"]}
     areas = [member["deployment"]["largest_mouth_area"] for member in members]
     assert len({*areas}) == 3
-    told = summary["deployment"]["largest_mouth_area"]
-    assert told["mean"] == pytest.approx(np.mean(areas), rel=1e-14)
-    assert told["std"] == pytest.approx(np.std(areas, ddof=1), rel=1e-9)  # of numbers close together
-    assert (told["n"], told["min"], told["max"]) == (3, min(areas), max(areas))
+    reported = summary["deployment"]["largest_mouth_area"]
+    assert reported["mean"] == pytest.approx(np.mean(areas), rel=1e-14)
+    assert reported["std"] == pytest.approx(np.std(areas, ddof=1), rel=1e-9)  # of numbers close together
+    assert (reported["n"], reported["min"], reported["max"]) == (3, min(areas), max(areas))
     steps = [member["solver"]["steps"] for member in members]
     assert summary["solver"]["steps"]["mean"] == pytest.approx(np.mean(steps))
 
@@ -391,7 +359,7 @@ def speeds_of(folder):
 
 @pytest.mark.usefixtures("no_processes")
 def test_members_draw_their_own_errors_where_they_are_scattered(tmp_path, capsys):
-    """The net is slack to the end: nothing but the draws tells the members' bullets apart."""
+    """The net is slack to the end: nothing but the draws reports the members' bullets apart."""
     arguments = ("--ensemble", 3, "--perturb", 0)
     assert run(tmp_path / "alike", *arguments, text=SPREAD) == 0
     assert run(tmp_path / "apart", *arguments, "--scatter", text=SPREAD + WITH_EVENTS) == 0
@@ -436,11 +404,11 @@ def test_scattered_member_that_is_flown_on_keeps_its_own_errors(tmp_path):
 def failing(numbers):
     """`fly_member` that fails for the members with these numbers, at the third frame."""
 
-    def task(member, tell):
+    def task(member, report):
         def tell_or_fail(message):
             if member.number in numbers and message[1] > 0.5:
                 raise RunError("the run failed at t = 0.05 s: a test")
-            tell(message)
+            report(message)
 
         fly_member(member, tell_or_fail)
 
@@ -449,12 +417,12 @@ def failing(numbers):
 
 @pytest.fixture
 def every_step_tells(monkeypatch):
-    monkeypatch.setattr("netdae.ensemble_folder._Teller._PAUSE", -1.0)
+    monkeypatch.setattr("netdae.runs.ensemble_folder._Teller._PAUSE", -1.0)
 
 
 @pytest.mark.usefixtures("no_processes", "every_step_tells")
 def test_failed_member_is_named_and_left_out_and_the_others_count(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("netdae.ensemble_folder.fly_member", failing({1}))
+    monkeypatch.setattr("netdae.runs.ensemble_folder.fly_member", failing({1}))
     assert run(tmp_path, "--ensemble", 3, "--perturb", 1e-6) == 1
     out = tmp_path / "out"
     (line,) = capsys.readouterr().err.splitlines()
@@ -488,7 +456,7 @@ def test_bug_of_a_member_keeps_its_traceback_and_the_others_count(tmp_path, monk
 
 @pytest.mark.usefixtures("no_processes", "every_step_tells")
 def test_ensemble_of_which_all_fail_tells_so(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("netdae.ensemble_folder.fly_member", failing({0, 1}))
+    monkeypatch.setattr("netdae.runs.ensemble_folder.fly_member", failing({0, 1}))
     assert run(tmp_path, "--ensemble", 2) == 1
     assert capsys.readouterr().err.startswith("2 of 2 members failed, member_000 first: ")
     assert summary_of(tmp_path / "out")["deployment"] == {}
@@ -519,7 +487,7 @@ def test_interrupted_ensemble_keeps_the_members_that_had_finished(tmp_path, caps
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 def test_ctrl_c_at_a_terminal_stops_all_processes_in_one_line(tmp_path):
     """A terminal sends it to the whole group: to the workers too."""
-    file, out = write(tmp_path, SHOT.replace("end = 0.1", "end = 500")), tmp_path / "out"
+    file, out = write_shot(tmp_path, SHOT.replace("end = 0.1", "end = 500")), tmp_path / "out"
     netdae = (sys.executable, "-c", "import sys; from netdae.cli import main; sys.exit(main())")
     process = subprocess.Popen(
         [*netdae, "run", str(file), "-o", str(out), "--ensemble", "2", "--processes", "1"],
@@ -614,7 +582,7 @@ def test_bad_input_is_one_line_before_anything_is_written(arguments, words, tmp_
     assert not (tmp_path / "out").exists()
 
 
-def test_scenario_that_cannot_fly_is_told_before_any_process_is_started(tmp_path, capsys):
+def test_scenario_that_cannot_fly_is_reported_before_any_process_is_started(tmp_path, capsys):
     text = SHOT.replace('[[masses]]\ngroup = "corners"', '[[masses]]\ngroup = "korners"')
     assert run(tmp_path, "--ensemble", 2, text=text) == 2
     (line,) = capsys.readouterr().err.splitlines()
@@ -627,18 +595,18 @@ def test_scenario_that_cannot_fly_is_told_before_any_process_is_started(tmp_path
 
 def test_what_goes_wrong_with_one_item_sinks_no_other(tmp_path, monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "4")
-    wishes = ["do", "fail", "do", "die", "bug", "do", "tell"]
+    wishes = ["do", "fail", "do", "die", "bug", "do", "report"]
     items = [(str(tmp_path / f"{number}"), wish) for number, wish in enumerate(wishes)]
     heard = []
-    outcomes = [*outcomes_of(tasks.mixed, items, processes=2, hear=lambda *told: heard.append(told))]
-    told = {outcome.number: outcome for outcome in outcomes}
-    assert sorted(told) == [*range(7)]
+    outcomes = [*outcomes_of(tasks.mixed, items, processes=2, hear=lambda *reported: heard.append(reported))]
+    reported = {outcome.number: outcome for outcome in outcomes}
+    assert sorted(reported) == [*range(7)]
     assert sorted(path.name for path in tmp_path.iterdir()) == ["0", "2", "5", "6"]
-    assert [told[number].error for number in (0, 2, 5, 6)] == [None] * 4
-    assert (told[1].error, told[1].bug) == ("the run failed at t = 1 s", None)
-    assert told[3].error == "its process has died, exit code 3"
-    assert told[4].error == "ZeroDivisionError: a bug"
-    assert "Traceback" in told[4].bug
+    assert [reported[number].error for number in (0, 2, 5, 6)] == [None] * 4
+    assert (reported[1].error, reported[1].bug) == ("the run failed at t = 1 s", None)
+    assert reported[3].error == "its process has died, exit code 3"
+    assert reported[4].error == "ZeroDivisionError: a bug"
+    assert "Traceback" in reported[4].bug
     assert heard == [(6, ("1", True))]  # one thread, deaf to Ctrl-C
 
 
@@ -680,24 +648,24 @@ def test_processes_are_never_more_than_items_and_one_at_least():
 # What is shown
 
 
-def test_compilation_is_told_once_and_only_where_the_disk_has_no_kernel(tmp_path, monkeypatch):
+def test_compilation_is_reported_once_and_only_where_the_disk_has_no_kernel(tmp_path, monkeypatch):
     file = tmp_path / "kernel.py"
     file.write_text(
         "from numba import njit\n@njit(cache=True)\ndef twice(x):\n    return 2 * x\n"
         "@njit(cache=True)\ndef again(x):\n    return twice(x)\n"
     )
 
-    def times_told():
+    def times_reported():
         spec = importlib.util.spec_from_file_location("kernel", file)
         module = importlib.util.module_from_spec(spec)
         spec.loader.exec_module(module)
-        told = []
-        with told_when_compiling(lambda: told.append(1)):
+        reported = []
+        with reported_when_compiling(lambda: reported.append(1)):
             assert module.again(2) == 4
             assert module.twice(2.5) == 5.0
-        return len(told)
+        return len(reported)
 
-    assert [times_told(), times_told()] == [1, 0]
+    assert [times_reported(), times_reported()] == [1, 0]
 
 
 def test_bar_counts_members_and_lines_are_a_tenth_each(caplog):
@@ -720,6 +688,6 @@ def test_bar_counts_members_and_lines_are_a_tenth_each(caplog):
 
 
 def test_members_without_frames_do_without_vtk():
-    code = "import sys, netdae.ensemble_folder; print(*sys.modules)"
+    code = "import sys, netdae.runs.ensemble_folder; print(*sys.modules)"
     shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert {name.split(".")[0] for name in shown.stdout.split()} & {"pyvista", "vtkmodules"} == set()

@@ -1,4 +1,4 @@
-"""Events: their instants against closed forms, whichever integrator flies, and what is told and remembered."""
+"""Events: their instants against closed forms, whichever integrator flies, and what is reported and remembered."""
 
 from __future__ import annotations
 
@@ -9,24 +9,32 @@ import numpy as np
 import pytest
 from conftest import reference_flight
 
-from netdae.damping import NoDamping
-from netdae.errors import InputError
-from netdae.events.book import EventBook
-from netdae.events.event import ACTIONS, FIGURES, ActionName, Event, FigureName, check_names, event_called
-from netdae.events.figures import MEASURES
-from netdae.events.watches import NEAR
-from netdae.explicit.stepper import ExplicitSolver
-from netdae.flight import simulate
-from netdae.ida.native import ida_stepper
-from netdae.integration import integrate
-from netdae.ivp import IvpSolver
-from netdae.material import Material
-from netdae.mouth import mouth_of, vector_area
-from netdae.net import CableNet
-from netdae.options import SolverOptions
-from netdae.restraints import Restraint
-from netdae.state import State
-from netdae.system import System
+from netdae.core.errors import InputError
+from netdae.events.crossing import NEAR
+from netdae.events.detector import EventDetector
+from netdae.events.event import (
+    ACTIONS,
+    QUANTITIES,
+    ActionName,
+    Event,
+    QuantityName,
+    check_names,
+    event_called,
+)
+from netdae.events.quantities import MEASURES
+from netdae.model.material import Material
+from netdae.model.mouth import mouth_of, vector_area
+from netdae.model.net import CableNet
+from netdae.model.restraints import Restraint
+from netdae.model.state import State
+from netdae.solvers.driver import integrate
+from netdae.solvers.explicit.stepper import ExplicitSolver
+from netdae.solvers.flight import simulate
+from netdae.solvers.ida.native import ida_stepper
+from netdae.solvers.options import SolverOptions
+from netdae.solvers.scipy_methods import IvpSolver
+from netdae.system.damping import NoDamping
+from netdae.system.system import System
 
 SOLVERS = {"ida": ida_stepper, "explicit": ExplicitSolver, "dop853": IvpSolver}
 SHARP = {
@@ -42,14 +50,14 @@ def state_of(step):
     return State(step.t, step.y[0].copy(), step.y[1].copy(), step.yp[1].copy())
 
 
-def fly(system, start, end, book, options):
+def fly(system, start, end, detector, options):
     """The steps of an integrator up to `end`, all events noted; the number of instants asked for inside steps."""
     drive = system.drive_from(start.x)
     solver = SOLVERS[options.method](system, drive, options)
     last = State(start.t, start.x, start.v, system.acceleration(start.t, start.x, start.v))
     solver.enter(system, last.t, np.stack((last.x, last.v)), np.stack((last.v, last.a)))
     solver.go_on(system)
-    book.begin(last)
+    detector.begin(last)
     asked = []
 
     def state_at(t):
@@ -58,15 +66,15 @@ def fly(system, start, end, book, options):
 
     while last.t < end:
         for step in map(state_of, solver.step(end)):
-            while (firing := book.first(last, step, state_at)) is not None:
-                book.note(firing)
+            while (firing := detector.first(last, step, state_at)) is not None:
+                detector.note(firing)
                 last = firing.state
             last = step
     return len(asked)
 
 
-def follow(motion, times, book, *, begun=False):
-    """An analytic motion t → (x, v) instead of an integrator, told at `times`."""
+def follow(motion, times, detector, *, begun=False):
+    """An analytic motion t → (x, v) instead of an integrator, reported at `times`."""
 
     def state_at(t):
         x, v = motion(t)
@@ -74,32 +82,34 @@ def follow(motion, times, book, *, begun=False):
 
     last = state_at(times[0])
     if not begun:
-        book.begin(last)
+        detector.begin(last)
     for t in times[1:]:
         step = state_at(t)
-        while (firing := book.first(last, step, state_at)) is not None:
-            book.note(firing)
+        while (firing := detector.first(last, step, state_at)) is not None:
+            detector.note(firing)
             last = firing.state
         last = step
 
 
 def test_a_book_that_begins_anew_forgets_what_happened_together_with_a_stop():
     system, start = yoyo()
-    book = EventBook([Event("distance", 0.1, action="stop"), Event("distance", 0.1, name="too")], system)
-    book.begin(start)
+    detector = EventDetector(
+        [Event("distance", 0.1, action="stop"), Event("distance", 0.1, name="too")], system
+    )
+    detector.begin(start)
 
     def state_at(t):
         return State.at(start.x + t * start.v, start.v, t=t)
 
-    book.note(book.first(start, state_at(0.5), state_at))  # the flight stops: the other one is left
-    assert len(book.memory()["together"]) == 1
-    book.begin(start)
-    assert book.first(start, state_at(0.05), state_at) is None  # half of the way to both
-    assert book.fired == {}
+    detector.note(detector.first(start, state_at(0.5), state_at))  # the flight stops: the other one is left
+    assert len(detector.memory()["together"]) == 1
+    detector.begin(start)
+    assert detector.first(start, state_at(0.05), state_at) is None  # half of the way to both
+    assert detector.fired == {}
 
 
-def times_of(book, name):
-    return [record["time"] for record in book.records if record["name"] == name]
+def times_of(detector, name):
+    return [record["time"] for record in detector.records if record["name"] == name]
 
 
 # A mass on one cable of linear law, which pulls it back each time that it has flown through the anchor
@@ -134,25 +144,25 @@ def test_taut_slack_and_loaded_instants_are_those_of_the_spring(method):
         Event("tether_tension", 1.5),
         Event("chaser_distance", 0.25),
     ]
-    book = EventBook(events, system)  # whose net is the mass alone, without the anchor
-    fly(system, start, 3.5, book, SHARP[method])
+    detector = EventDetector(events, system)  # whose net is the mass alone, without the anchor
+    fly(system, start, 3.5, detector, SHARP[method])
     assert period < 3 < 3.5 < t1 + 2 * period
     # the speed after a pull is wrong by some hundred steps' share of rtol in IDA, 1e-7 of it; by one step's in dop853,
     # which lets a step that meets the kink be the shortest; by the ω² h² = 3e-8 of a step over the kink in the explicit
     # method; and counts for the 2 s to the next pull
     near = {"abs": 1e-6 if method == "ida" else 1e-7, "rel": 0}
-    assert times_of(book, "tether_taut") == pytest.approx([t1, t1 + period], **near)
-    assert times_of(book, "all_slack") == pytest.approx([t1 + half, t1 + period + half], **near)
+    assert times_of(detector, "tether_taut") == pytest.approx([t1, t1 + period], **near)
+    assert times_of(detector, "all_slack") == pytest.approx([t1 + half, t1 + period + half], **near)
     top = system.cords.axial_stiffness[0] / LENGTH * SPEED * half / np.pi
     until = half / np.pi * np.arcsin(0.2 * 5.0 / top)
-    assert times_of(book, "tension_over_strength_0.2") == pytest.approx(
+    assert times_of(detector, "tension_over_strength_0.2") == pytest.approx(
         [t1 + until, t1 + until + period], **near
     )
-    assert times_of(book, "tether_tension_1.5") == pytest.approx(
+    assert times_of(detector, "tether_tension_1.5") == pytest.approx(
         [t1 + half / np.pi * np.arcsin(1.5 / top)], **near
     )
     back = t1 + half + 0.75 / SPEED  # from 1 m to 0.25 m: the flight began outside
-    assert times_of(book, "chaser_distance_0.25") == pytest.approx([back], **near)
+    assert times_of(detector, "chaser_distance_0.25") == pytest.approx([back], **near)
 
 
 def test_the_instants_converge_with_the_tolerance():
@@ -160,15 +170,15 @@ def test_the_instants_converge_with_the_tolerance():
     t1, half, _ = yoyo_times(system)
     errors = []
     for rtol in (1e-3, 1e-5, 1e-7):
-        book = EventBook([Event("all_slack")], system)
+        detector = EventDetector([Event("all_slack")], system)
         fly(
             system,
             start,
             0.8,
-            book,
+            detector,
             SolverOptions(rtol=rtol, atol_position=0.1 * rtol, atol_velocity=rtol, max_step=0.02),
         )
-        errors.append(abs(times_of(book, "all_slack")[0] - t1 - half))
+        errors.append(abs(times_of(detector, "all_slack")[0] - t1 - half))
     # an error per step that is held in proportion to rtol leaves a global one between rtol^(1/2) and rtol:
     # over four decades a slope of 0.5 at least
     assert np.log10(errors[0] / errors[2]) > 2.0, errors
@@ -191,22 +201,22 @@ def test_a_net_that_grows_uniformly_passes_areas_and_distances_in_time(method):
         Event("mouth_area", 0.3, name="gone before"),
         Event("largest_mouth_area"),
     ]
-    book = EventBook(events, system)
-    fly(system, start, 1.0, book, SHARP[method])
+    detector = EventDetector(events, system)
+    fly(system, start, 1.0, detector, SHARP[method])
     at = {area: (np.sqrt(area / 0.36) - 1) / k for area in (0.5, 0.51)}
     # motion at constant velocity is exact but for round-off in every method; that of the explicit clock of 1e5
     # steps is 1e-11
     near = {"abs": 1e-10, "rel": 0}
-    assert times_of(book, "mouth_area_0.5") == pytest.approx([at[0.5]], **near)
-    assert times_of(book, "corners") == pytest.approx([at[0.5]], **near)
-    assert times_of(book, "mouth_area_0.51") == pytest.approx([at[0.51]], **near)
-    assert times_of(book, "distance_0.7") == pytest.approx([0.7 / np.linalg.norm(u)], **near)
+    assert times_of(detector, "mouth_area_0.5") == pytest.approx([at[0.5]], **near)
+    assert times_of(detector, "corners") == pytest.approx([at[0.5]], **near)
+    assert times_of(detector, "mouth_area_0.51") == pytest.approx([at[0.51]], **near)
+    assert times_of(detector, "distance_0.7") == pytest.approx([0.7 / np.linalg.norm(u)], **near)
     for name in ("start", "gone before", "largest_mouth_area"):
-        assert times_of(book, name) == [None]
-    record = next(record for record in book.records if record["name"] == "mouth_area_0.51")
+        assert times_of(detector, name) == [None]
+    record = next(record for record in detector.records if record["name"] == "mouth_area_0.51")
     assert record["mouth_area"] == pytest.approx(0.51, rel=1e-9)
     assert record["distance"] == pytest.approx(np.linalg.norm(u) * at[0.51], rel=1e-9)
-    assert book.fired == {r["name"]: r["found"] for r in book.records if r["found"] is not None}
+    assert detector.fired == {r["name"]: r["found"] for r in detector.records if r["found"] is not None}
 
 
 # Analytic motions
@@ -224,11 +234,11 @@ def breathing(a=0.5, w=2.0, size=0.6):
     return motion
 
 
-def test_the_largest_mouth_is_told_at_its_maximum_and_found_after_its_fall():
+def test_the_largest_mouth_is_reported_at_its_maximum_and_found_after_its_fall():
     a, w = 0.5, 2.0
-    book = EventBook([Event("largest_mouth_area", repeat=True)], SYSTEM)
-    follow(breathing(a, w), np.arange(0.0, 5.5, 0.13), book)
-    first, second = book.records
+    detector = EventDetector([Event("largest_mouth_area", repeat=True)], SYSTEM)
+    follow(breathing(a, w), np.arange(0.0, 5.5, 0.13), detector)
+    first, second = detector.records
     fallen = (np.pi - np.arcsin((np.sqrt(0.99) * (1 + a) - 1) / a)) / w
     for turn, record in enumerate((first, second)):
         later = 2 * np.pi * turn / w
@@ -241,13 +251,17 @@ def test_the_largest_mouth_is_told_at_its_maximum_and_found_after_its_fall():
 
 def test_the_largest_mouth_may_have_to_fall_farther():
     a, w = 0.5, 2.0
-    book = EventBook([Event("largest_mouth_area", 0.3)], SYSTEM)
-    follow(breathing(a, w), [0.0, 3.6], book)  # in one step over the maximum and the minimum
-    assert times_of(book, "largest_mouth_area_0.3") == [None]
-    follow(breathing(a, w), [0.0, 0.9, 2.3], book := EventBook([Event("largest_mouth_area", 0.3)], SYSTEM))
+    detector = EventDetector([Event("largest_mouth_area", 0.3)], SYSTEM)
+    follow(breathing(a, w), [0.0, 3.6], detector)  # in one step over the maximum and the minimum
+    assert times_of(detector, "largest_mouth_area_0.3") == [None]
+    follow(
+        breathing(a, w),
+        [0.0, 0.9, 2.3],
+        detector := EventDetector([Event("largest_mouth_area", 0.3)], SYSTEM),
+    )
     fallen = (np.pi - np.arcsin((np.sqrt(0.7) * (1 + a) - 1) / a)) / w
-    assert book.records[0]["time"] == pytest.approx(np.pi / 2 / w, abs=2e-6)
-    assert book.records[0]["found"] == pytest.approx(fallen, abs=1e-11)
+    assert detector.records[0]["time"] == pytest.approx(np.pi / 2 / w, abs=2e-6)
+    assert detector.records[0]["found"] == pytest.approx(fallen, abs=1e-11)
 
 
 def test_a_mouth_that_flutters_while_packed_is_not_yet_the_largest():
@@ -257,10 +271,10 @@ def test_a_mouth_that_flutters_while_packed_is_not_yet_the_largest():
         size = 0.1 * (1 + 0.02 * np.sin(40 * t)) + 0.4 * max(0.0, t - 1) * (3 - t)
         return size * NET.nodes, np.zeros_like(NET.nodes)
 
-    book = EventBook([Event("largest_mouth_area")], SYSTEM)
-    follow(motion, np.linspace(0.0, 3.0, 601), book)
-    assert len(book.records) == 1
-    assert book.records[0]["time"] == pytest.approx(2.0, abs=0.1)  # the flutter moves the maximum of 2 s
+    detector = EventDetector([Event("largest_mouth_area")], SYSTEM)
+    follow(motion, np.linspace(0.0, 3.0, 601), detector)
+    assert len(detector.records) == 1
+    assert detector.records[0]["time"] == pytest.approx(2.0, abs=0.1)  # the flutter moves the maximum of 2 s
 
 
 def test_events_of_one_step_come_in_their_order_and_those_of_one_instant_together():
@@ -271,16 +285,16 @@ def test_events_of_one_step_come_in_their_order_and_those_of_one_instant_togethe
         Event("mouth_area", 2.0, name="again"),
         Event("mouth_area", 2.2),
     ]
-    book = EventBook(events, SYSTEM)
-    follow(breathing(), [0.0, 0.5], book)
-    assert [r["name"] for r in book.records] == [
+    detector = EventDetector(events, SYSTEM)
+    follow(breathing(), [0.0, 0.5], detector)
+    assert [r["name"] for r in detector.records] == [
         "mouth_area_2",
         "corner_area_2",
         "again",
         "mouth_area_2.2",
         "mouth_area_2.5",
     ]
-    times = [r["time"] for r in book.records]
+    times = [r["time"] for r in detector.records]
     exact = [np.arcsin((np.sqrt(area / 1.44) - 1) / 0.5) / 2 for area in (2.0, 2.0, 2.0, 2.2, 2.5)]
     np.testing.assert_allclose(times, exact, rtol=0, atol=NEAR)
     assert times[0] == times[1] == times[2]
@@ -288,22 +302,22 @@ def test_events_of_one_step_come_in_their_order_and_those_of_one_instant_togethe
 
 def test_events_of_one_instant_happen_even_if_the_flight_turns_there():
     """The first of two has an action after which the area shrinks: the second has happened nevertheless."""
-    book = EventBook([Event("mouth_area", 2.0, name=name) for name in "ab"], SYSTEM)
+    detector = EventDetector([Event("mouth_area", 2.0, name=name) for name in "ab"], SYSTEM)
     motion = breathing()
 
     def state_at(t):
         return State(t, *motion(t), np.zeros_like(NET.nodes))
 
-    book.begin(last := state_at(0.0))
-    firing = book.first(last, state_at(0.5), state_at)
-    book.note(firing)
+    detector.begin(last := state_at(0.0))
+    firing = detector.first(last, state_at(0.5), state_at)
+    detector.note(firing)
 
     def back(t):
         return State(t, *motion(2 * firing.t - t), np.zeros_like(NET.nodes))
 
-    resumed = EventBook(book.events, SYSTEM)
-    resumed.restore(book.memory())
-    for each in (book, resumed):
+    resumed = EventDetector(detector.events, SYSTEM)
+    resumed.restore(detector.memory())
+    for each in (detector, resumed):
         other = each.first(firing.state, back(firing.t + 0.1), back)
         assert (firing.event.name, other.event.name) == ("a", "b")
         assert other.t == firing.t
@@ -313,7 +327,7 @@ def test_events_of_one_instant_happen_even_if_the_flight_turns_there():
 
 def test_the_state_of_a_firing_lies_at_the_event_or_just_beyond():
     for area in np.linspace(1.5, 3.2, 40):
-        book = EventBook([Event("mouth_area", area)], SYSTEM)
+        detector = EventDetector([Event("mouth_area", area)], SYSTEM)
         asked = []
 
         def state_at(t, asked=asked):
@@ -321,9 +335,9 @@ def test_the_state_of_a_firing_lies_at_the_event_or_just_beyond():
             return State(t, *breathing()(t), np.zeros_like(NET.nodes))
 
         start, end = state_at(0.0), state_at(0.75)
-        book.begin(start)
-        firing = book.first(start, end, state_at)
-        assert 0 <= MEASURES["mouth_area"](book._scene, firing.state) - area < 1e-11
+        detector.begin(start)
+        firing = detector.first(start, end, state_at)
+        assert 0 <= MEASURES["mouth_area"](detector._scene, firing.state) - area < 1e-11
         exact = np.arcsin((np.sqrt(area / 1.44) - 1) / 0.5) / 2
         assert firing.t == pytest.approx(exact, abs=2 * NEAR)
         assert len(asked) < 16  # Brent's method on a smooth curve
@@ -332,7 +346,7 @@ def test_the_state_of_a_firing_lies_at_the_event_or_just_beyond():
 def test_the_area_and_its_rate_are_those_of_the_loop():
     rng = np.random.default_rng(5)
     net = CableNet.hexagon(radius=2.0, rings=3)
-    scene = EventBook([Event("mouth_area", 1.0)], System(net, CORD, damping=NoDamping()))._scene
+    scene = EventDetector([Event("mouth_area", 1.0)], System(net, CORD, damping=NoDamping()))._scene
     x = net.nodes + 0.4 * rng.standard_normal(net.nodes.shape)  # a warped loop
     v, h = rng.standard_normal(x.shape), 1e-5
     area, rate = scene.area_and_rate(State(0.0, x, v, v))
@@ -359,11 +373,11 @@ def test_a_tether_that_rings_is_taut_once_until_it_has_come_together():
         return ringing - 0.02 * np.sin(np.pi * (t - 1)) if 1 < t < 2 else ringing - 0.1 * max(0.0, 0.1 - t)
 
     system, motion = string(E11)
-    book = EventBook([Event("tether_taut", repeat=True), Event("tether_taut", name="once")], system)
-    follow(motion, np.linspace(0.0, 3.0, 3001), book)
-    times = times_of(book, "tether_taut")
+    detector = EventDetector([Event("tether_taut", repeat=True), Event("tether_taut", name="once")], system)
+    follow(motion, np.linspace(0.0, 3.0, 3001), detector)
+    times = times_of(detector, "tether_taut")
     assert len(times) == 2
-    assert times_of(book, "once") == times[:1]
+    assert times_of(detector, "once") == times[:1]
     assert times[0] < 0.11
     assert 1.9 < times[1] < 2.1
 
@@ -375,43 +389,43 @@ def test_cables_that_touch_now_and_then_are_all_slack_once_until_they_have_pulle
         )
 
     system, motion = string(E11)
-    book = EventBook([Event("all_slack", repeat=True)], system)
-    follow(motion, np.linspace(0.0, 3.0, 3001), book)
-    assert times_of(book, "all_slack") == pytest.approx([0.5, 2.5], abs=2e-3)
+    detector = EventDetector([Event("all_slack", repeat=True)], system)
+    follow(motion, np.linspace(0.0, 3.0, 3001), detector)
+    assert times_of(detector, "all_slack") == pytest.approx([0.5, 2.5], abs=2e-3)
 
 
 def test_an_area_is_passed_both_ways():
-    book = EventBook([Event("mouth_area", 2.0, repeat=True)], SYSTEM)
-    follow(breathing(), np.arange(0.0, 2 * np.pi, 0.1), book)
+    detector = EventDetector([Event("mouth_area", 2.0, repeat=True)], SYSTEM)
+    follow(breathing(), np.arange(0.0, 2 * np.pi, 0.1), detector)
     up = np.arcsin((np.sqrt(2.0 / 1.44) - 1) / 0.5) / 2
     exact = [up, np.pi / 2 - up, np.pi + up, 1.5 * np.pi - up]
-    assert times_of(book, "mouth_area_2") == pytest.approx(exact, abs=1e-11)
-    assert book.fired == {"mouth_area_2": times_of(book, "mouth_area_2")[0]}
+    assert times_of(detector, "mouth_area_2") == pytest.approx(exact, abs=1e-11)
+    assert detector.fired == {"mouth_area_2": times_of(detector, "mouth_area_2")[0]}
 
 
 def test_a_passage_there_and_back_in_one_step_is_seen_with_shorter_steps_only():
     for count, expected in ((2, 0), (40, 1)):
-        book = EventBook([Event("mouth_area", 3.0)], SYSTEM)
-        follow(breathing(), np.linspace(0.0, np.pi / 2, count), book)
-        assert len(book.fired) == expected
+        detector = EventDetector([Event("mouth_area", 3.0)], SYSTEM)
+        follow(breathing(), np.linspace(0.0, np.pi / 2, count), detector)
+        assert len(detector.fired) == expected
 
 
 def test_a_start_at_the_value_is_no_event_but_coming_back_to_it_is():
     system, motion = string(lambda t: -0.1 * np.sin(np.pi * t) if t else 0.0)
-    book = EventBook([Event("tether_taut"), Event("all_slack")], system)
-    follow(motion, np.linspace(0.0, 1.5, 16), book)
-    assert times_of(book, "tether_taut") == pytest.approx([1.0], abs=1e-11)
-    assert times_of(book, "all_slack") == [None]
+    detector = EventDetector([Event("tether_taut"), Event("all_slack")], system)
+    follow(motion, np.linspace(0.0, 1.5, 16), detector)
+    assert times_of(detector, "tether_taut") == pytest.approx([1.0], abs=1e-11)
+    assert times_of(detector, "all_slack") == [None]
 
 
 def test_an_event_at_the_very_end_of_a_step_is_found_there():
     def motion(t):
         return 0.5 * (1 + t) * NET.nodes, 0.5 * NET.nodes
 
-    book = EventBook([Event("mouth_area", 2.25), Event("mouth_area", 3.0)], SYSTEM)
-    follow(motion, [0.0, 0.5, 1.0], book)
-    assert times_of(book, "mouth_area_2.25") == pytest.approx([0.5], abs=NEAR)
-    assert times_of(book, "mouth_area_3") == pytest.approx([np.sqrt(3.0) - 1], abs=NEAR)
+    detector = EventDetector([Event("mouth_area", 2.25), Event("mouth_area", 3.0)], SYSTEM)
+    follow(motion, [0.0, 0.5, 1.0], detector)
+    assert times_of(detector, "mouth_area_2.25") == pytest.approx([0.5], abs=NEAR)
+    assert times_of(detector, "mouth_area_3") == pytest.approx([np.sqrt(3.0) - 1], abs=NEAR)
 
 
 def test_chaser_and_tether_do_not_count_in_the_nets_middle():
@@ -429,14 +443,14 @@ def test_chaser_and_tether_do_not_count_in_the_nets_middle():
         return x, v
 
     events = [Event("distance", 0.75), Event("chaser_distance", 3.0), Event("tether_tension", 1.0)]
-    book = EventBook(events, system)
-    follow(motion, [0.0, 0.4, 2.0], book)
+    detector = EventDetector(events, system)
+    follow(motion, [0.0, 0.4, 2.0], detector)
     # node 0 bears half of the tether's first cable: the middle is off the axis
     off = system.mass[:4] @ net.nodes[:4, :2] / system.mass[:4].sum() - 0.5
-    assert times_of(book, "distance_0.75") == pytest.approx([0.75], abs=1e-11)
+    assert times_of(detector, "distance_0.75") == pytest.approx([0.75], abs=1e-11)
     long = 1.3 * (1 + 1.0 / system.cords.axial_stiffness[4])  # of the tether's first cable at 1 N
-    assert times_of(book, "tether_tension_1") == pytest.approx([np.sqrt(long**2 - 0.5) - 1], abs=1e-11)
-    assert times_of(book, "chaser_distance_3") == pytest.approx([np.sqrt(9 - off @ off) - 2], abs=1e-11)
+    assert times_of(detector, "tether_tension_1") == pytest.approx([np.sqrt(long**2 - 0.5) - 1], abs=1e-11)
+    assert times_of(detector, "chaser_distance_3") == pytest.approx([np.sqrt(9 - off @ off) - 2], abs=1e-11)
 
 
 def test_a_book_goes_on_from_its_memory_as_if_nothing_had_been():
@@ -454,15 +468,15 @@ def test_a_book_goes_on_from_its_memory_as_if_nothing_had_been():
         return x + np.array([0.0, 0.0, 0.1 * t]), v + np.array([0.0, 0.0, 0.1])
 
     times = np.linspace(0.0, 6.0, 57)
-    whole = EventBook(events, SYSTEM)
+    whole = EventDetector(events, SYSTEM)
     follow(motion, times, whole)
     for cut in (1, 9, 20, 40):
-        first = EventBook(events, SYSTEM)
+        first = EventDetector(events, SYSTEM)
         follow(motion, times[: cut + 1], first)
         file = io.BytesIO()
         np.savez(file, **first.memory())
         file.seek(0)
-        second = EventBook(events, SYSTEM)
+        second = EventDetector(events, SYSTEM)
         with np.load(file) as memory:  # which takes no pickles
             second.restore(memory)
         assert second.fired == first.fired
@@ -479,29 +493,29 @@ def test_a_memory_knows_how_far_cables_have_stretched():
 
     system, motion = string(E11)
     times = np.linspace(0.0, 2.0, 201)
-    books = [EventBook([Event("all_slack", repeat=True)], system) for _ in range(2)]
-    follow(motion, times[:81], books[0])
-    books[1].restore(books[0].memory())
-    follow(motion, times[80:], books[1], begun=True)
-    assert len(books[1].records) == 1  # a pull of 8e-5 is less than a tenth of 1e-3
-    assert books[1].fired == {"all_slack": pytest.approx(0.5, abs=1e-11)}
+    balance = [EventDetector([Event("all_slack", repeat=True)], system) for _ in range(2)]
+    follow(motion, times[:81], balance[0])
+    balance[1].restore(balance[0].memory())
+    follow(motion, times[80:], balance[1], begun=True)
+    assert len(balance[1].records) == 1  # a pull of 8e-5 is less than a tenth of 1e-3
+    assert balance[1].fired == {"all_slack": pytest.approx(0.5, abs=1e-11)}
 
 
 def test_a_memory_of_other_events_is_refused():
-    memory = EventBook([Event("mouth_area", 2.0)], SYSTEM).memory()
+    memory = EventDetector([Event("mouth_area", 2.0)], SYSTEM).memory()
     with pytest.raises(InputError, match="with the events mouth_area_2, this one has all_slack"):
-        EventBook([Event("all_slack")], SYSTEM).restore(memory)
+        EventDetector([Event("all_slack")], SYSTEM).restore(memory)
 
 
 def test_fast_figures_ask_for_every_step_until_they_have_happened():
-    assert not EventBook([], SYSTEM).needs_every_step
-    assert not EventBook([Event("largest_mouth_area"), Event("distance", 1.0)], SYSTEM).needs_every_step
+    assert not EventDetector([], SYSTEM).needs_every_step
+    assert not EventDetector([Event("largest_mouth_area"), Event("distance", 1.0)], SYSTEM).needs_every_step
     system, motion = string(lambda t: t - 0.5)
     for repeat in (False, True):
-        book = EventBook([Event("tether_taut", repeat=repeat)], system)
-        assert book.needs_every_step
-        follow(motion, [0.3, 0.8], book)
-        assert book.needs_every_step == repeat
+        detector = EventDetector([Event("tether_taut", repeat=repeat)], system)
+        assert detector.needs_every_step
+        follow(motion, [0.3, 0.8], detector)
+        assert detector.needs_every_step == repeat
 
 
 @pytest.mark.parametrize("method", ["ida", "explicit"])
@@ -509,14 +523,14 @@ def test_a_net_that_opens_has_its_largest_mouth_where_many_frames_have_it(method
     system, start = reference_flight(4)
     # at "fast" IDA is chaotic by then, and its mouth need not fall by 1 % before the end
     options = SolverOptions(method=method, accuracy="standard")
-    book = EventBook([Event("largest_mouth_area"), Event("mouth_area", 8.0)], system)
-    asked = fly(system, start, 0.85, book, options)
+    detector = EventDetector([Event("largest_mouth_area"), Event("mouth_area", 8.0)], system)
+    asked = fly(system, start, 0.85, detector, options)
     assert asked < 40  # calls of the dense output in a flight of thousands of steps
     times = np.linspace(0.0, 0.85, 8501)
     flight = simulate(system, start, times, options=options)
     loop = mouth_of(system.net, "border")
     areas = np.array([vector_area(x[loop]) for x in flight.positions])
-    record = {r["figure"]: r for r in book.records}
+    record = {r["figure"]: r for r in detector.records}
     largest = record["largest_mouth_area"]
     before = times <= largest["found"]
     # a frame each 0.1 ms, in which an area changes by 1e-3 m² at most
@@ -536,21 +550,24 @@ WRONG = [
     (lambda: Event("distance", float("nan")), "value is nan, expected a finite number for distance"),
     (lambda: Event("largest_mouth_area", 2.0), "value is 2, expected a finite number above 0 and below 1"),
     (lambda: check_names([Event("all_slack"), Event("all_slack", action="stop")]), "numbers 1 and 2"),
-    (lambda: EventBook([Event("all_slack"), Event("all_slack")], SYSTEM), "two events have this name"),
+    (lambda: EventDetector([Event("all_slack"), Event("all_slack")], SYSTEM), "two events have this name"),
     (
-        lambda: EventBook([Event("largest_mouth_area")], SYSTEM, mouth=None),
+        lambda: EventDetector([Event("largest_mouth_area")], SYSTEM, mouth=None),
         "figure largest_mouth_area needs a mouth",
     ),
-    (lambda: EventBook([Event("corner_area", 1.0)], SYSTEM, corners="centre"), "needs three corners"),
-    (lambda: EventBook([Event("mouth_area", 1.0)], SYSTEM, mouth="all"), "the mouth 'all' is not one loop"),
-    (lambda: EventBook([Event("tether_taut")], SYSTEM), "figure tether_taut needs a tether: add"),
-    (lambda: EventBook([Event("chaser_distance", 9.0)], SYSTEM), "needs a chaser"),
+    (lambda: EventDetector([Event("corner_area", 1.0)], SYSTEM, corners="centre"), "needs three corners"),
     (
-        lambda: EventBook([Event("all_slack", action="lock_tether")], SYSTEM),
+        lambda: EventDetector([Event("mouth_area", 1.0)], SYSTEM, mouth="all"),
+        "the mouth 'all' is not one loop",
+    ),
+    (lambda: EventDetector([Event("tether_taut")], SYSTEM), "figure tether_taut needs a tether: add"),
+    (lambda: EventDetector([Event("chaser_distance", 9.0)], SYSTEM), "needs a chaser"),
+    (
+        lambda: EventDetector([Event("all_slack", action="lock_tether")], SYSTEM),
         "action lock_tether needs a teth",
     ),
     (
-        lambda: EventBook([Event("tension_over_strength")], reference_flight(2)[0]),
+        lambda: EventDetector([Event("tension_over_strength")], reference_flight(2)[0]),
         "needs a cord with a strength",
     ),
     (
@@ -565,7 +582,7 @@ WRONG = [
 
 
 @pytest.mark.parametrize(("make", "words"), WRONG, ids=[words for _, words in WRONG])
-def test_a_wrong_event_is_told_in_one_clear_line(make, words):
+def test_a_wrong_event_is_reported_in_one_clear_line(make, words):
     with pytest.raises(InputError) as error:
         make()
     assert words in str(error.value)
@@ -582,13 +599,13 @@ def test_events_have_the_names_and_values_that_are_said():
 
 
 def test_a_mouth_that_no_event_asks_for_may_be_none():
-    book = EventBook([Event("distance", 0.1)], SYSTEM, mouth="all")
+    detector = EventDetector([Event("distance", 0.1)], SYSTEM, mouth="all")
 
     def motion(t):
         return NET.nodes + np.array([0, 0, t]), np.zeros_like(NET.nodes)
 
-    follow(motion, [0.0, 1.0], book)
-    (record,) = book.records
+    follow(motion, [0.0, 1.0], detector)
+    (record,) = detector.records
     assert record == {
         "name": "distance_0.1",
         "figure": "distance",
@@ -601,7 +618,7 @@ def test_a_mouth_that_no_event_asks_for_may_be_none():
 
 
 def test_the_tables_name_the_same_figures_and_actions():
-    assert [*FIGURES] == [*MEASURES] == [*get_args(FigureName)]
+    assert [*QUANTITIES] == [*MEASURES] == [*get_args(QuantityName)]
     assert [*ACTIONS] == [*get_args(ActionName)]
 
 
@@ -616,12 +633,12 @@ def test_the_driver_stops_at_an_event_with_its_state_as_the_last_frame(method):
     system, start = yoyo()
     t1, half, _ = yoyo_times(system)
     events = [Event("tether_taut"), Event("all_slack", action="stop")]
-    book = EventBook(events, system)
-    *_, last = integrate(system, start, STATES, options=DRIVEN[method], events=book)
+    detector = EventDetector(events, system)
+    *_, last = integrate(system, start, STATES, options=DRIVEN[method], events=detector)
     near = 1e-4 if method == "explicit" else 1e-6  # ω² h² of a step, for half a period
-    assert last.t == book.fired["all_slack"] == pytest.approx(t1 + half, abs=near)
+    assert last.t == detector.fired["all_slack"] == pytest.approx(t1 + half, abs=near)
     assert 0 <= -system.strain(last.x).max() < 1e-11
-    assert book.fired["tether_taut"] == pytest.approx(t1, abs=1e-9)
+    assert detector.fired["tether_taut"] == pytest.approx(t1, abs=1e-9)
 
 
 @pytest.mark.parametrize("method", SOLVERS)
@@ -641,9 +658,9 @@ def test_a_mass_that_is_caught_when_its_tether_goes_taut_stays_there(method):
     system = System(net, CORD, damping=NoDamping(), masses={"end": MASS, "far": MASS}, restraints=restraints)
     start = State.at([[0, 0, 0], [0.5, 0, 0], [0, 5, 0]], [[0, 0, 0], [SPEED, 0, 0], [0, 0, 0]])
     events = [Event("tether_taut", name="caught"), Event("tether_taut", name="released")]
-    book = EventBook(events, system)
-    *_, last = integrate(system, start, [0.0, 1.0], options=DRIVEN[method], events=book)
-    assert book.fired["caught"] == book.fired["released"] == pytest.approx(0.5, abs=1e-9)
+    detector = EventDetector(events, system)
+    *_, last = integrate(system, start, [0.0, 1.0], options=DRIVEN[method], events=detector)
+    assert detector.fired["caught"] == detector.fired["released"] == pytest.approx(0.5, abs=1e-9)
     np.testing.assert_allclose(last.x[1:], [[LENGTH, 0, 0], [0, 5.5, 0]], rtol=0, atol=1e-8)
 
 
@@ -652,12 +669,12 @@ def test_a_resumed_flight_tells_the_same_events(method):
     def flown(count, memory=None):
         system, start = yoyo()
         events = [Event("tether_taut", repeat=True), Event("distance", 0.3), Event("all_slack", repeat=True)]
-        book = EventBook(events, system)
+        detector = EventDetector(events, system)
         options = SolverOptions(method=method, max_step=1e-3) if method == "explicit" else SHARP[method]
-        run = integrate(system, start, STATES, options=options, events=book, resume=memory)
+        run = integrate(system, start, STATES, options=options, events=detector, resume=memory)
         for _ in range(count):
             next(run)
-        return run, book
+        return run, detector
 
     _, whole = flown(len(STATES))
     for cut in (3, 8, 20):

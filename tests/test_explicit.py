@@ -7,21 +7,21 @@ import pytest
 from conftest import SOFT, line, random_net, random_velocities, reference_flight
 from scipy.linalg import eigh
 
-from netdae.damping import Dashpot, NoDamping, Rayleigh
-from netdae.errors import InputError, RunError
-from netdae.explicit import stepper as explicit
-from netdae.explicit.stable_step import cheaper_method
-from netdae.explicit.stepper import CHUNK, ExplicitSolver
-from netdae.flight import simulate
+from netdae.core.errors import InputError, RunError
 from netdae.forces.loads import Gravity, NodalLoad
-from netdae.linear_solver import full_jacobian
-from netdae.material import Material
-from netdae.motions import FunctionMotion, TableMotion
-from netdae.options import SolverOptions
-from netdae.restraints import Restraint
-from netdae.signals import Pulse, Table
-from netdae.state import State
-from netdae.system import System
+from netdae.model.material import Material
+from netdae.model.motions import FunctionMotion, TableMotion
+from netdae.model.restraints import Restraint
+from netdae.model.signals import Pulse, Table
+from netdae.model.state import State
+from netdae.solvers.explicit import stepper as explicit
+from netdae.solvers.explicit.stable_step import cheaper_method
+from netdae.solvers.explicit.stepper import CHUNK, ExplicitSolver
+from netdae.solvers.flight import simulate
+from netdae.solvers.linalg.condensed import full_jacobian
+from netdae.solvers.options import SolverOptions
+from netdae.system.damping import Dashpot, NoDamping, Rayleigh
+from netdae.system.system import System
 
 EXPLICIT = SolverOptions(method="explicit")
 SHARP = SolverOptions(rtol=1e-10, atol_position=1e-12, atol_velocity=1e-10)
@@ -131,8 +131,8 @@ def test_flights_repeat_bit_for_bit_and_frames_change_nothing():
     assert few.statistics["steps"] == many.statistics["steps"]
     np.testing.assert_array_equal(few[-1].x, many[-1].x)
     np.testing.assert_array_equal(few[-1].v, many[-1].v)
-    assert few[-1].books.dissipated_energy == many[-1].books.dissipated_energy
-    assert few[-1].books.peak_tension == max(frame.books.peak_tension for frame in many)
+    assert few[-1].balance.dissipated_energy == many[-1].balance.dissipated_energy
+    assert few[-1].balance.peak_tension == max(frame.balance.peak_tension for frame in many)
 
 
 def test_momentum_of_a_free_net_is_kept():
@@ -152,7 +152,7 @@ def test_the_energy_residual_falls_with_the_step_and_is_small():
         first, last = (
             system.kinetic_energy(s.v) + system.elastic_energy(s.x) for s in (flight[0], flight[-1])
         )
-        shares.append(abs(last + flight[-1].books.dissipated_energy - first) / first)
+        shares.append(abs(last + flight[-1].balance.dissipated_energy - first) / first)
     assert shares[0] > shares[1] > shares[2]
     # measured 0.9, 0.3 and 0.05 % on nets of 11 and 21 knots a side; the summary warns over 1 %
     assert shares[1] < 0.01
@@ -179,7 +179,7 @@ def test_a_short_pulse_gives_its_exact_momentum():
     flight = simulate(system, State.at(net.nodes), [0.0, 0.007, 0.05], options=EXPLICIT)
     exact = 1e-4 * np.array([3.0, 0.0, -2.0])
     np.testing.assert_allclose(system.momentum(flight[-1].v), exact, rtol=1e-11, atol=1e-16)
-    np.testing.assert_allclose(flight[-1].books.external_impulse, exact, rtol=1e-11, atol=1e-16)
+    np.testing.assert_allclose(flight[-1].balance.external_impulse, exact, rtol=1e-11, atol=1e-16)
 
 
 def test_driven_nodes_follow_exactly_and_their_work_and_impulse_are_booked():
@@ -193,11 +193,11 @@ def test_driven_nodes_follow_exactly_and_their_work_and_impulse_are_booked():
     change = system.momentum(flight[-1].v) - system.momentum(start.v)
     # the impulse is a sum of reactions by the trapezoidal rule, the momentum one of half kicks: O(h) apart at the ends
     np.testing.assert_allclose(
-        flight[-1].books.external_impulse, change, rtol=0, atol=2e-3 * np.abs(change).max()
+        flight[-1].balance.external_impulse, change, rtol=0, atol=2e-3 * np.abs(change).max()
     )
     first, last = (system.kinetic_energy(s.v) + system.elastic_energy(s.x) for s in (flight[0], flight[-1]))
-    books = flight[-1].books
-    assert last + books.dissipated_energy - books.external_work - first == pytest.approx(
+    balance = flight[-1].balance
+    assert last + balance.dissipated_energy - balance.external_work - first == pytest.approx(
         0.0, abs=5e-3 * first
     )
 
@@ -264,13 +264,13 @@ def test_the_cheaper_method_is_ida_only_where_the_dashpot_is_strong(damping, met
 
 
 def test_books_of_frames_lie_between_those_of_the_steps_around_them():
-    """Also in a chunk that is told in two parts, up to its new largest tension and after it."""
+    """Also in a chunk that is reported in two parts, up to its new largest tension and after it."""
     system, start = reference_flight(6)
     steps = []
 
     class Watcher:
         def watch(self, state):
-            steps.append((state.t, state.books.dissipated_energy))
+            steps.append((state.t, state.balance.dissipated_energy))
 
         def __call__(self, state):
             pass

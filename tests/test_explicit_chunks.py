@@ -1,4 +1,4 @@
-"""Chunks of explicit steps: each step is the velocity Verlet's, can be told, and can be gone on from bit for bit."""
+"""Chunks of explicit steps: each step is the velocity Verlet's, can be reported, and continued bit for bit."""
 
 from __future__ import annotations
 
@@ -8,21 +8,21 @@ import numpy as np
 import pytest
 from conftest import SOFT, random_net, random_velocities, reference_flight
 
-from netdae.damping import Dashpot, NoDamping, Rayleigh
-from netdae.explicit.stepper import ExplicitSolver
 from netdae.forces.elements import ElementForce
 from netdae.forces.loads import Gravity, NodalLoad
 from netdae.forces.motor import MOTOR, Motor
 from netdae.forces.orbit import Orbit
 from netdae.forces.rings import Rings
-from netdae.material import Material
-from netdae.net import CableNet
-from netdae.options import SolverOptions
-from netdae.reels import Reel
-from netdae.restraints import Restraint
-from netdae.signals import Table
-from netdae.state import State
-from netdae.system import System
+from netdae.model.material import Material
+from netdae.model.net import CableNet
+from netdae.model.restraints import Restraint
+from netdae.model.signals import Table
+from netdae.model.state import State
+from netdae.solvers.explicit.stepper import ExplicitSolver
+from netdae.solvers.options import SolverOptions
+from netdae.system.damping import Dashpot, NoDamping, Rayleigh
+from netdae.system.reels import Reel
+from netdae.system.system import System
 
 TABLE = Table([0.0, 0.02, 0.4], [[0, 0, 0], [0.3, 0.2, 0], [0.1, 0, 0.1]])
 
@@ -97,12 +97,12 @@ def test_each_step_is_that_of_the_velocity_verlet_over_all_cables(seed, damping)
     h, steps = 2e-4, 400
     solver = solver_at(system, start, max_step=h)
     solver.every_step = True
-    told = []
-    while len(told) < steps:
-        told += solver.step(steps * h)
+    reported = []
+    while len(reported) < steps:
+        reported += solver.step(steps * h)
     x, v, a = start.x.copy(), start.v.copy(), system.acceleration(0.0, start.x, start.v)
     taut, snaps = system.strain(x) > 0, 0
-    for step in told:
+    for step in reported:
         v += 0.5 * h * a
         x += h * v
         a = system.acceleration(0.0, x, v)
@@ -163,27 +163,27 @@ def test_a_solver_goes_on_bit_for_bit_from_the_memory_of_another(case):
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_a_flight_of_which_each_step_is_told_is_the_same_flight(case):
+def test_a_flight_of_which_each_step_is_reported_is_the_same_flight(case):
     system, start = CASES[case]()
     # at "fast", 0.9 of the linear bound, a cable at its kink may gain energy from step to step
-    quiet, told = (solver_at(system, start, accuracy="standard") for _ in range(2))
-    told.every_step = True
+    quiet, reported = (solver_at(system, start, accuracy="standard") for _ in range(2))
+    reported.every_step = True
     for _ in range(6):
-        chunk, steps = quiet.step(1000.0), told.step(1000.0)
+        chunk, steps = quiet.step(1000.0), reported.step(1000.0)
         np.testing.assert_array_equal(chunk[-1].y, steps[-1].y)
         np.testing.assert_array_equal(chunk[-1].yp, steps[-1].yp)
         # sums of the same numbers in another order
         for part in range(3):
-            sums = [sum(np.asarray(step.share[part]) for step in told) for told in (chunk, steps)]
+            sums = [sum(np.asarray(step.share[part]) for step in reported) for reported in (chunk, steps)]
             np.testing.assert_allclose(*sums, rtol=1e-9, atol=1e-12)
         assert max(step.share.peak_tension for step in chunk) == max(
             step.share.peak_tension for step in steps
         )
         for step in steps[:: max(1, len(steps) // 5)]:
             # output re-flies the chunk: the same numbers but for the interpolation's round-off
-            np.testing.assert_allclose(told.output(step.t).y, step.y, rtol=1e-11, atol=1e-13)
+            np.testing.assert_allclose(reported.output(step.t).y, step.y, rtol=1e-11, atol=1e-13)
         for former, step in pairwise(steps[-3:]):
-            # what the books gain in a step they gain in proportion
-            inner = told.output(0.25 * former.t + 0.75 * step.t)
+            # what the balance gains in a step it gains in proportion
+            inner = reported.output(0.25 * former.t + 0.75 * step.t)
             for part in range(3):
                 np.testing.assert_allclose(inner.share[part], 0.75 * step.share[part], rtol=1e-6, atol=1e-12)

@@ -6,38 +6,34 @@ import math
 
 import numpy as np
 import pytest
-from conftest import SOFT, random_net, random_velocities
+from conftest import SOFT, STIFF, random_net, random_velocities
+from flights import energy_of, explicit_options
 from numpy.random import default_rng
 from scipy.integrate import solve_ivp
 from scipy.linalg import eigh
 from test_closing import closing_net, options_for, pair
-from test_drawcord import STIFF, energy_of, polygon, ringed, system_of, winding
+from test_drawcord import polygon, ringed, system_of, winding
 
-from netdae.closing import Haul
-from netdae.damping import Dashpot, NoDamping
-from netdae.errors import RunError
-from netdae.explicit import stepper as explicit
-from netdae.explicit.stepper import ExplicitSolver
-from netdae.flight import simulate
-from netdae.forces.drawcord import SLIDING_CORD, friction_rate
+from netdae.core.errors import RunError
+from netdae.forces.drawcord import DRAWCORD, friction_rate
 from netdae.forces.elements import ElementForce
 from netdae.forces.loads import NodalLoad
 from netdae.forces.motor import MOTOR, Motor
 from netdae.forces.rings import Rings
-from netdae.linear_solver import full_jacobian
-from netdae.mouth import vector_area
-from netdae.net import CableNet
-from netdae.options import SolverOptions
-from netdae.reels import Reel
-from netdae.restraints import Restraint
-from netdae.state import State
-from netdae.system import System
+from netdae.model.mouth import vector_area
+from netdae.model.net import CableNet
+from netdae.model.restraints import Restraint
+from netdae.model.state import State
+from netdae.solvers.explicit import stepper as explicit
+from netdae.solvers.explicit.stepper import ExplicitSolver
+from netdae.solvers.flight import simulate
+from netdae.solvers.linalg.condensed import full_jacobian
+from netdae.system.closing import Haul
+from netdae.system.damping import Dashpot, NoDamping
+from netdae.system.reels import Reel
+from netdae.system.system import System
 
 DRUM = 12
-
-
-def explicit_options(**more):
-    return SolverOptions(method="explicit", **more)
 
 
 def strung(seed, *, closed=True, rings=None, motor=False, damping=None, inertia=0.05, share=-1.0):
@@ -75,10 +71,10 @@ def test_each_step_is_the_velocity_verlet_with_the_forces_of_cord_and_motor(seed
     solver.every_step = True
     a = system.acceleration(0.0, start.x, start.v)
     solver.enter(system, 0.0, np.stack((start.x, start.v)), np.stack((start.v, a)))
-    told = []
-    while len(told) < 600:
-        told += solver.step(1.0)
-    for step in told:
+    reported = []
+    while len(reported) < 600:
+        reported += solver.step(1.0)
+    for step in reported:
         (x, v), a = step.y, step.yp[1]
         before, after = v - 0.5 * h * a, v + 0.5 * h * a
         f = system.force(0.0, x, before)
@@ -89,8 +85,8 @@ def test_each_step_is_the_velocity_verlet_with_the_forces_of_cord_and_motor(seed
         np.testing.assert_allclose(
             system.mass[:, None] * a, f, rtol=0, atol=1e-10 * max(np.abs(f).max(), 1.0)
         )
-    assert max(step.yp[1][DRUM, 0] for step in told) > 0
-    assert any(step.share.dissipated_energy > 0 for step in told)
+    assert max(step.yp[1][DRUM, 0] for step in reported) > 0
+    assert any(step.share.dissipated_energy > 0 for step in reported)
 
 
 @pytest.mark.parametrize("k", [3, 8, 40])
@@ -145,7 +141,7 @@ def test_a_skew_cord_keeps_both_momenta_to_round_off_and_balances_the_energy(fri
     for h in (2e-4, 5e-5):
         flight = simulate(system, start, np.linspace(0, 0.6, 4), options=explicit_options(max_step=h))
         last = flight[-1]
-        assert last.books.dissipated_energy > 0.05
+        assert last.balance.dissipated_energy > 0.05
         residuals.append(abs(energy_of(system, last) - energy_of(system, flight[0])))
         np.testing.assert_allclose(system.momentum(last.v), system.momentum(start.v), rtol=0, atol=1e-12)
         before, after = (system.angular_momentum(s.x, s.v) for s in (start, last))
@@ -197,7 +193,7 @@ def test_the_rate_of_friction_is_above_its_largest_eigenvalue_and_not_far(seed, 
     x, v = net.nodes * 1.01, 1e-3 * rng.standard_normal(net.nodes.shape)
     x[k], v[k, 1:] = 0.0, 0.0
     share = 1 / np.repeat(system.mass, 3)
-    cord = next(force for force in system.forces if force.law is SLIDING_CORD)
+    cord = next(force for force in system.forces if force.law is DRAWCORD)
     C = -cord.tangent(0.0, x[cord.nodes], v[cord.nodes]).dv.reshape(3 * k + 3, 3 * k + 3)
     root = np.sqrt(share)
     largest = np.linalg.eigvalsh(0.5 * root[:, None] * (C + C.T) * root)[-1]
@@ -238,7 +234,7 @@ def test_atwoods_machine_with_a_capstan_falls_or_creeps_as_it_should(creep):
     for frame in (flight[1], flight[2]):
         assert frame.v[0, 2] == pytest.approx(0.2 + a * frame.t, rel=1e-3)
     way, tensions = flight[-1].x[0, 2] - x[0, 2], (m1 * (g + a), m2 * (g - a))
-    lost = flight[-1].books.dissipated_energy
+    lost = flight[-1].balance.dissipated_energy
     assert lost == pytest.approx((tensions[1] - tensions[0]) * way, rel=2e-3)
     x[[0, 2], 2] = -1.0 - 1.25 * m1 * g / 1e5
     last = simulate(machine(1.5 * m1 * g), State.at(x), [0.0, 0.5], options=explicit_options())[-1]
@@ -255,7 +251,7 @@ def test_a_motor_at_its_full_force_draws_two_masses_together_as_one_degree_of_fr
     for frame in (flight[1], flight[2]):
         assert frame.x[4, 0] == pytest.approx(0.5 * a * frame.t**2, rel=1e-3)
         assert frame.v[0, 0] == pytest.approx(2 / 3 * a * frame.t, rel=1e-3)
-        assert frame.books.external_work == pytest.approx(pull * frame.x[4, 0], rel=1e-3)
+        assert frame.balance.external_work == pytest.approx(pull * frame.x[4, 0], rel=1e-3)
         assert energy_of(system, frame) == pytest.approx(0.0, abs=1e-4)
     assert np.abs(system.momentum(flight[2].v)).max() < 1e-12
 
@@ -287,7 +283,7 @@ def test_a_load_over_the_motors_force_stalls_it_and_the_pawl_holds_but_for_its_c
     P = 2 - 10 / math.sqrt(101)
     u = 0.5 * (P + math.sqrt(P * P + 4 * P))
     assert flight[2].v[4, 0] == pytest.approx(-0.01 * u, rel=2e-3)  # after a millisecond of transients
-    assert flight[2].books.dissipated_energy > flight[1].books.dissipated_energy
+    assert flight[2].balance.dissipated_energy > flight[1].balance.dissipated_energy
 
 
 @pytest.mark.parametrize("friction", [0.0, 0.2])
@@ -302,13 +298,13 @@ def test_a_net_is_closed_as_with_ida_and_its_balances_are_kept(friction):
     )  # 1 % between one run of IDA and another, 25 m² at first
     drum = system.reels[0].node
     np.testing.assert_allclose(ours.positions[:, drum, 0], theirs.positions[:, drum, 0], atol=5e-3)
-    work = ours[-1].books.external_work
+    work = ours[-1].balance.external_work
     for frame in ours:
         assert np.abs(system.momentum(frame.v)).max() < 1e-12
         assert energy_of(system, frame) == pytest.approx(energy_of(system, ours[0]), abs=0.01 * work)
 
 
-def test_a_cord_wound_in_whole_is_told_with_its_time():
+def test_a_cord_wound_in_whole_is_reported_with_its_time():
     net = ringed(polygon(4, 1.0))
     system = system_of(net, drum=winding(10.0))
     with pytest.raises(RunError, match=r"at t = 0\.8\d* s the cord through node 0 has the rest length"):

@@ -5,27 +5,24 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from conftest import random_net, random_velocities
+from flights import explicit_options
 
-from netdae.damping import Dashpot, NoDamping
-from netdae.flight import simulate
 from netdae.forces.air import AirDrag
 from netdae.forces.drag import BodyDrag
+from netdae.forces.force import Account, Tangent
 from netdae.forces.loads import Gravity
 from netdae.forces.orbit import Orbit
-from netdae.forces.protocol import Account, Tangent
-from netdae.material import Material
-from netdae.net import CableNet
-from netdae.options import SolverOptions
-from netdae.restraints import Restraint
-from netdae.state import State
-from netdae.system import System
+from netdae.model.material import Material
+from netdae.model.net import CableNet
+from netdae.model.restraints import Restraint
+from netdae.model.state import State
+from netdae.solvers.flight import simulate
+from netdae.solvers.options import SolverOptions
+from netdae.system.damping import Dashpot, NoDamping
+from netdae.system.system import System
 
 CORD = Material(youngs_modulus=1e6, density=1000.0, diameter=2e-2)
 SHARP = SolverOptions(rtol=1e-10, atol_position=1e-12, atol_velocity=1e-10)
-
-
-def explicit(**more):
-    return SolverOptions(method="explicit", **more)
 
 
 def pair(**more):
@@ -53,7 +50,7 @@ def test_free_masses_in_orbit_follow_the_closed_form_with_the_square_of_the_step
     start = State.at(system.net.nodes, v)
     errors, steps = [], (6.4e-3, 3.2e-3, 1.6e-3)
     for h in steps:
-        flight = simulate(system, start, [0.0, 0.37 * end, end], options=explicit(max_step=h))
+        flight = simulate(system, start, [0.0, 0.37 * end, end], options=explicit_options(max_step=h))
         exact = [[orbiting(n, start.x[k], v[k], t) for k in (0, 1)] for t in flight.times]
         errors.append(np.abs(flight.positions - exact).max(axis=(1, 2))[1:])  # inside a chunk and at an end
     slopes = np.polyfit(np.log(steps), np.log(errors), 1)[0]
@@ -79,13 +76,13 @@ def flown(loads, options, *, restraints=(), times=(0.0, 0.021, 0.05)):
 @pytest.mark.parametrize("name", LOADS)
 def test_nets_fly_and_balance_as_with_ida(name, monkeypatch):
     """Also where a frame lies inside a chunk, and where some axes are held."""
-    monkeypatch.setattr("netdae.explicit.stepper.CHUNK", 128)
-    monkeypatch.setattr("netdae.explicit.stepper.SPAN", np.inf)  # all chunks have so many steps
+    monkeypatch.setattr("netdae.solvers.explicit.stepper.CHUNK", 128)
+    monkeypatch.setattr("netdae.solvers.explicit.stepper.SPAN", np.inf)  # all chunks have so many steps
     held = [Restraint("one", "xz")]
     _, sharp = flown(LOADS[name], SHARP, restraints=held)
     errors = []
     for h in (2e-5, 1e-5):
-        _, flight = flown(LOADS[name], explicit(max_step=h), restraints=held)
+        _, flight = flown(LOADS[name], explicit_options(max_step=h), restraints=held)
         errors.append(
             [
                 np.abs(flight.positions - sharp.positions).max(),
@@ -105,14 +102,14 @@ def test_nets_fly_and_balance_as_with_ida(name, monkeypatch):
 
 
 def test_momentum_and_angular_momentum_of_a_free_net_are_those_that_are_booked():
-    system, flight = flown(LOADS["all"], explicit())
+    system, flight = flown(LOADS["all"], explicit_options())
     first, last = flight[0], flight[-1]
     got = system.momentum(last.v) - system.momentum(first.v)
     turned = system.angular_momentum(last.x, last.v) - system.angular_momentum(first.x, first.v)
     assert np.abs(turned).max() > 1.0  # N m s
     # round-off of some thousand steps at 1e-16 of 20 N s
-    np.testing.assert_allclose(last.books.external_impulse, got, rtol=0, atol=1e-12)
-    np.testing.assert_allclose(last.books.external_angular_impulse, turned, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(last.balance.external_impulse, got, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(last.balance.external_angular_impulse, turned, rtol=0, atol=1e-12)
 
 
 class Springs:
@@ -148,18 +145,18 @@ def test_a_user_defined_force_flies_whether_it_is_soft_or_stiff(k, newton):
     exact = decay * (np.cos(omega * end) + zeta / np.sqrt(1 - zeta**2) * np.sin(omega * end))
     errors = []
     for accuracy in ("standard", "accurate"):
-        options = explicit(accuracy=accuracy, max_step=1e-3)
+        options = explicit_options(accuracy=accuracy, max_step=1e-3)
         flight = simulate(system, start, [0.0, end], options=options)
         errors.append(abs(flight[-1].x[1, 0] - exact))
-        books = flight[-1].books
+        balance = flight[-1].balance
         # what the spring stores is energy of the system, and what its damper takes is lost
         first, last = (system.elastic_energy(state.x) for state in (flight[0], flight[-1]))
         gained = system.kinetic_energy(flight[-1].v) + last - first
         # leapfrog keeps an energy that differs from this one by (h ω)²/8 of it, on both ends
         h = end / flight.statistics["steps"]
-        assert gained + books.dissipated_energy == pytest.approx(0.0, abs=0.25 * h * h * k / m * first)
+        assert gained + balance.dissipated_energy == pytest.approx(0.0, abs=0.25 * h * h * k / m * first)
         assert last == pytest.approx(0.5 * k * exact**2, abs=1e-2 * k)
-        assert books.external_work == 0.0
+        assert balance.external_work == 0.0
         omega_h = h * np.sqrt(k / m)
         # leapfrog's phase errs by (ωh)²/24 of 3/√m rad, the damper taken ahead by as much again
         assert errors[-1] < 2 * omega_h**2 / 24 * 3 / np.sqrt(m)
@@ -167,12 +164,12 @@ def test_a_user_defined_force_flies_whether_it_is_soft_or_stiff(k, newton):
 
 
 def test_a_driven_node_is_not_moved_and_its_reaction_answers():
-    system, flight = flown([Orbit(0.3)], explicit(), restraints=[Restraint("one")])
+    system, flight = flown([Orbit(0.3)], explicit_options(), restraints=[Restraint("one")])
     assert (flight.positions[:, 0] == flight.positions[0, 0]).all()
     first, last = flight[0], flight[-1]
     got = system.momentum(last.v) - system.momentum(first.v)
     # to round-off: momentum is the sum of forces by the trapezoidal rule, as reactions are
-    np.testing.assert_allclose(last.books.external_impulse, got, rtol=0, atol=1e-12 * np.abs(got).max())
+    np.testing.assert_allclose(last.balance.external_impulse, got, rtol=0, atol=1e-12 * np.abs(got).max())
 
 
 class Wall(Springs):
@@ -191,7 +188,7 @@ def test_a_wall_that_is_met_in_flight_throws_a_mass_back_with_its_speed():
     """The force is nothing until the mass is there, which is after many chunks, and soon stiff."""
     system = pair(forces=[Wall([1], 1e6, 0.0, "symmetric")])
     start = State.at(system.net.nodes, [[0, 0, 0], [-5.0, 0, 0]])
-    flight = simulate(system, start, [0.0, 0.19, 0.4], options=explicit(max_step=1e-3))
+    flight = simulate(system, start, [0.0, 0.19, 0.4], options=explicit_options(max_step=1e-3))
     np.testing.assert_allclose(flight[1].v[1], [-5, 0, 0], rtol=1e-12, atol=0)
     # in half a period, 6 ms, of which a step is at first a sixth, and then 0.2/ω = 0.4 ms
     np.testing.assert_allclose(flight[2].v[1], [5, 0, 0], rtol=0.05, atol=0)

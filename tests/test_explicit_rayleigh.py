@@ -5,26 +5,23 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from conftest import CORD, SOFT, line, random_net, random_velocities, reference_flight
+from flights import explicit_options
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from netdae.damping import NoDamping, Rayleigh
-from netdae.explicit.rayleigh import ImplicitDamping, damp, drags_of
-from netdae.explicit.stable_step import stable_step
-from netdae.explicit.stepper import ExplicitSolver
-from netdae.flight import simulate
-from netdae.motions import FunctionMotion
-from netdae.net import CableNet
-from netdae.options import SolverOptions
-from netdae.restraints import Restraint
-from netdae.state import State
-from netdae.system import System
+from netdae.model.motions import FunctionMotion
+from netdae.model.net import CableNet
+from netdae.model.restraints import Restraint
+from netdae.model.state import State
+from netdae.solvers.explicit.rayleigh import ImplicitDamping, damp, drags_of
+from netdae.solvers.explicit.stable_step import stable_step
+from netdae.solvers.explicit.stepper import ExplicitSolver
+from netdae.solvers.flight import simulate
+from netdae.solvers.options import SolverOptions
+from netdae.system.damping import NoDamping, Rayleigh
+from netdae.system.system import System
 
 STRONG = Rayleigh(alpha=2.0, beta=1e-2)
-
-
-def explicit(**more):
-    return SolverOptions(method="explicit", **more)
 
 
 def drags_in(system):
@@ -54,7 +51,7 @@ HELD = {"free": "", "node held": "xyz", "axes held": "xz"}
 @pytest.mark.parametrize("name", NETS)
 @pytest.mark.parametrize("axes", HELD.values(), ids=list(HELD))
 def test_velocities_solve_the_implicit_equation_in_any_net(name, axes):
-    """(M + h/2 D) v = M w + h/2 f with the paper's D, dense; held axes move as they are told."""
+    """(M + h/2 D) v = M w + h/2 f with the paper's D, dense; held axes move as they are reported."""
     net, rng, h = NETS[name], np.random.default_rng(1), 1e-2
     system = System(net, SOFT, damping=STRONG, masses={"all": 1e-3})
     mass = np.repeat(system.mass, 3)
@@ -111,14 +108,14 @@ def test_each_step_is_the_leapfrog_with_the_trapezoidal_rule_for_the_damping(see
     system = System(net, SOFT, damping=damping)
     start = State.at(net.nodes, random_velocities(net, seed, 10.0))
     h, steps = 2e-4, 300
-    solver = ExplicitSolver(system, system.drive_from(start.x), explicit(max_step=h))
+    solver = ExplicitSolver(system, system.drive_from(start.x), explicit_options(max_step=h))
     solver.every_step = True
     a = system.acceleration(0.0, start.x, start.v)
     solver.enter(system, 0.0, np.stack((start.x, start.v)), np.stack((start.v, a)))
-    told, snaps, taut = [], 0, system.strain(start.x) > 0
-    while len(told) < steps:
-        told += solver.step(1.0)
-    for step, (x, v) in zip(told[:steps], leapfrog(system, start.x, start.v, h, steps), strict=True):
+    reported, snaps, taut = [], 0, system.strain(start.x) > 0
+    while len(reported) < steps:
+        reported += solver.step(1.0)
+    for step, (x, v) in zip(reported[:steps], leapfrog(system, start.x, start.v, h, steps), strict=True):
         taut, former = system.strain(x) > 0, taut
         snaps += np.count_nonzero(taut & ~former)
         # round-off of 300 steps, amplified by snaps: a step late would be 1e-5 m/s
@@ -150,11 +147,11 @@ def test_errors_and_energy_residual_fall_with_the_square_of_the_step(beta):
     y = solve_ivp(rates, (0, end), y0, method="Radau", rtol=1e-11, atol=1e-13).y[:, -1].reshape(2, -1, 3)
     errors, steps = [], np.array([4e-5, 2e-5, 1e-5])
     for h in steps:
-        flight = simulate(system, start, [0.0, end], options=explicit(max_step=h))
+        flight = simulate(system, start, [0.0, end], options=explicit_options(max_step=h))
         first, last = (
             system.kinetic_energy(s.v) + system.elastic_energy(s.x) for s in (flight[0], flight[-1])
         )
-        residual = last + flight[-1].books.dissipated_energy - first
+        residual = last + flight[-1].balance.dissipated_energy - first
         errors.append([np.abs(flight[-1].x[free] - y[0]).max(), abs(residual)])
     slopes = np.polyfit(np.log(steps), np.log(errors), 1)[0]
     np.testing.assert_allclose(slopes, 2.0, atol=0.25)
@@ -163,11 +160,11 @@ def test_errors_and_energy_residual_fall_with_the_square_of_the_step(beta):
 
 @pytest.mark.parametrize("beta", [1e-2, 1.0])
 def test_no_damping_is_too_strong_for_the_undamped_step(beta):
-    """Of the stiffest mode ζ is 150 and more; the energy that the flight has not lost by then is kept in the books."""
+    """Of the stiffest mode ζ is 150 and more; the energy that the flight has not lost is in the balance."""
     system, start = reference_flight(6, damping=Rayleigh(beta=beta))
     undamped, _ = reference_flight(6, damping=NoDamping())
     assert stable_step(system, 1e-3) == stable_step(undamped, 1e-3)
-    flight = simulate(system, start, np.linspace(0.0, 1.0, 21), options=explicit(accuracy="fast"))
+    flight = simulate(system, start, np.linspace(0.0, 1.0, 21), options=explicit_options(accuracy="fast"))
     kept = np.array([system.kinetic_energy(s.v) + system.elastic_energy(s.x) for s in flight])
     booked = kept + flight.dissipated_energy - kept[0]
     assert (np.diff(kept) < 1e-3 * kept[0]).all()
@@ -184,21 +181,21 @@ def test_momentum_is_kept_to_round_off(net):
             CableNet.hexagon(radius=3.0, rings=4), CORD, masses={"corners": 0.5}, damping=Rayleigh(beta=1e-3)
         )
         start = State.at(0.6 * system.net.nodes, random_velocities(system.net, 1))
-    flight = simulate(system, start, [0.0, 1.0], options=explicit(accuracy="fast"))
+    flight = simulate(system, start, [0.0, 1.0], options=explicit_options(accuracy="fast"))
     change = system.momentum(flight[-1].v) - system.momentum(start.v)
     whole = (system.mass * np.linalg.norm(start.v, axis=1)).sum()
     assert np.abs(change).max() < 1e-12 * whole
-    assert flight[-1].books.external_impulse == (0.0, 0.0, 0.0)
+    assert flight[-1].balance.external_impulse == (0.0, 0.0, 0.0)
 
 
 def test_impulse_and_moment_that_the_damping_of_masses_takes_are_booked_exactly():
     net = random_net(2)
     system = System(net, SOFT, damping=Rayleigh(alpha=20.0, beta=1e-3))
     start = State.at(net.nodes, random_velocities(net, 2, 3.0))
-    flight = simulate(system, start, [0.0, 0.1], options=explicit(max_step=1e-4))
+    flight = simulate(system, start, [0.0, 0.1], options=explicit_options(max_step=1e-4))
     first, last = flight[0], flight[-1]
     gained = system.momentum(last.v) - system.momentum(first.v)
-    np.testing.assert_allclose(last.books.external_impulse, gained, rtol=1e-11, atol=0)
+    np.testing.assert_allclose(last.balance.external_impulse, gained, rtol=1e-11, atol=0)
     # uniformly braked, momentum falls as exp(−α t); of the order of (α h)² = 4e-6 the steps are off, the first most
     np.testing.assert_allclose(gained, np.expm1(-20.0 * 0.1) * system.momentum(first.v), rtol=1e-5)
 
@@ -215,15 +212,15 @@ def test_a_driven_node_shakes_an_overdamped_net_and_its_work_and_impulse_are_boo
     truth = simulate(system, start, [0.0, 0.1], options=sharp)[-1]
     errors, steps = [], [4e-5, 2e-5]
     for h in steps:
-        flight = simulate(system, start, [0.0, 0.1], options=explicit(max_step=h))
-        first, last, books = flight[0], flight[-1], flight[-1].books
+        flight = simulate(system, start, [0.0, 0.1], options=explicit_options(max_step=h))
+        first, last, balance = flight[0], flight[-1], flight[-1].balance
         kept = [system.kinetic_energy(s.v) + system.elastic_energy(s.x) for s in (first, last)]
         gained = system.momentum(last.v) - system.momentum(first.v)
         errors.append(
             [
                 np.abs(last.x - truth.x).max(),
-                abs(kept[1] - kept[0] + books.dissipated_energy - books.external_work),
-                np.abs(np.array(books.external_impulse) - gained).max(),
+                abs(kept[1] - kept[0] + balance.dissipated_energy - balance.external_work),
+                np.abs(np.array(balance.external_impulse) - gained).max(),
             ]
         )
     # ways of 4 cm, 0.1 J, 0.01 N s
@@ -235,10 +232,10 @@ def test_a_driven_node_shakes_an_overdamped_net_and_its_work_and_impulse_are_boo
 def test_the_reference_flight_is_that_of_tight_steps(beta, accuracy, millimetres):
     """Against a twentieth of the stable step; bullets, area of the corners and energy, as all methods are judged."""
     system, start = reference_flight(10, damping=Rayleigh(beta=beta))
-    tight = explicit(accuracy="accurate", max_step=5e-6)
+    tight = explicit_options(accuracy="accurate", max_step=5e-6)
     truth, flown = (
         simulate(system, start, [0.0, 0.5, 1.0], options=options)
-        for options in (tight, explicit(accuracy=accuracy))
+        for options in (tight, explicit_options(accuracy=accuracy))
     )
     corners = system.net.nodes_of("corners")
     for one, other in zip(flown, truth, strict=True):

@@ -4,34 +4,27 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from conftest import SOFT, random_net
+from conftest import SOFT, STIFF, random_net
+from flights import energy_of, explicit_options
 from scipy.linalg import eigh
 
-from netdae.damping import Dashpot, NoDamping
-from netdae.explicit import stepper as explicit
-from netdae.explicit.stable_step import stable_step
-from netdae.explicit.stepper import ExplicitSolver
-from netdae.flight import simulate
 from netdae.forces.loads import Gravity, NodalLoad
-from netdae.linear_solver import full_jacobian
-from netdae.material import Material
-from netdae.motions import FunctionMotion
-from netdae.net import CableNet
-from netdae.options import SolverOptions
-from netdae.reels import CREEP, Reel
-from netdae.restraints import Restraint
-from netdae.state import State
-from netdae.system import System
-
-STIFF = Material(youngs_modulus=1e11, linear_density=1e-9, area=1e-6)
-"""EA 100 kN: strains of 1e-5 under 1 N; massless."""
+from netdae.model.motions import FunctionMotion
+from netdae.model.net import CableNet
+from netdae.model.restraints import Restraint
+from netdae.model.state import State
+from netdae.solvers.explicit import stepper as explicit
+from netdae.solvers.explicit.stable_step import stable_step
+from netdae.solvers.explicit.stepper import ExplicitSolver
+from netdae.solvers.flight import simulate
+from netdae.solvers.linalg.condensed import full_jacobian
+from netdae.solvers.options import SolverOptions
+from netdae.system.damping import Dashpot, NoDamping
+from netdae.system.reels import CREEP, Reel
+from netdae.system.system import System
 
 TIGHT = SolverOptions(rtol=1e-9, atol_position=1e-11, atol_velocity=1e-9)
 ANCHOR, BOB, DRUM = 0, 1, 2
-
-
-def explicit_options(**more):
-    return SolverOptions(method="explicit", **more)
 
 
 def tether(reel, *, cord=SOFT, bob=0.3, anchor=None, damping=None, loads=(), drum=()):
@@ -58,12 +51,6 @@ def at(system, x_of_bob, v_of_bob, v_of_drum=0.0):
     return State.at(x, v)
 
 
-def energy_of(system, state):
-    books = state.books
-    kept = system.kinetic_energy(state.v) + system.elastic_energy(state.x)
-    return kept + books.dissipated_energy - books.external_work
-
-
 def test_a_brake_that_no_explicit_step_could_take_stops_a_mass_with_a_constant_force():
     """(m + I) v̇ = −F_b: v falls linearly, and the whole way is (m + I) v²/(2 F_b)."""
     m, inertia, brake, v = 2.0, 0.5, 5.0, 3.0
@@ -80,7 +67,7 @@ def test_a_brake_that_no_explicit_step_could_take_stops_a_mass_with_a_constant_f
     assert half.x[DRUM, 0] == pytest.approx(3 / 8 * v * stop, rel=1e-4)
     assert last.x[DRUM, 0] == pytest.approx((m + inertia) * v**2 / (2 * brake), rel=2e-4)
     assert abs(last.v[DRUM, 0]) < CREEP
-    assert last.books.dissipated_energy == pytest.approx(0.5 * (m + inertia) * v**2, rel=1e-4)
+    assert last.balance.dissipated_energy == pytest.approx(0.5 * (m + inertia) * v**2, rel=1e-4)
 
 
 def test_a_held_drum_creeps_as_the_brake_says():
@@ -169,7 +156,7 @@ def test_a_free_tether_keeps_momentum_to_round_off_while_it_pays_out():
     np.testing.assert_allclose(system.momentum(last.v), system.momentum(first.v), rtol=0, atol=1e-13)
     turned = [system.angular_momentum(each.x, each.v) for each in (first, last)]
     np.testing.assert_allclose(turned[1], turned[0], rtol=0, atol=1e-13)
-    assert last.books.external_impulse == (0.0, 0.0, 0.0)
+    assert last.balance.external_impulse == (0.0, 0.0, 0.0)
 
 
 def test_a_locked_drum_is_a_cable():

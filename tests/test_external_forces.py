@@ -9,26 +9,26 @@ from conftest import SOFT, line, reference_flight
 from numpy.random import default_rng
 from scipy.integrate import solve_ivp
 
-from netdae import earth
-from netdae.damping import Dashpot, NoDamping
-from netdae.errors import InputError
-from netdae.flight import simulate
-from netdae.force_ranking import SIGNIFICANT, included_in, orbit_altitude, ranking_of
+from netdae.core.errors import InputError
+from netdae.forces import earth
 from netdae.forces.air import AirDrag
 from netdae.forces.drag import BodyDrag
 from netdae.forces.free_molecular import FreeMolecularDrag
 from netdae.forces.loads import Gravity, NodalLoad
 from netdae.forces.orbit import Orbit
 from netdae.forces.solar import BodySolarPressure, SolarPressure
-from netdae.motions import FunctionMotion
-from netdae.net import CableNet
-from netdae.options import SolverOptions
-from netdae.restraints import Restraint
-from netdae.scales import Fall, scales_of
+from netdae.model.motions import FunctionMotion
+from netdae.model.net import CableNet
+from netdae.model.restraints import Restraint
+from netdae.model.signals import Pulse
+from netdae.model.state import State
 from netdae.scenario.reader import read_scenario
-from netdae.signals import Pulse
-from netdae.state import State
-from netdae.system import System
+from netdae.solvers.flight import simulate
+from netdae.solvers.options import SolverOptions
+from netdae.system.damping import Dashpot, NoDamping
+from netdae.system.ranking import SIGNIFICANT, included_in, orbit_altitude, ranking_of
+from netdae.system.scales import Fall, scales_of
+from netdae.system.system import System
 
 ALTITUDE = 600e3
 A, N, V = earth.radius_of(ALTITUDE), earth.mean_motion(ALTITUDE), earth.circular_speed(ALTITUDE)
@@ -186,11 +186,11 @@ def test_fall_in_air_is_that_of_its_equation(drag):
 
 def test_snap_of_the_reference_flight_is_strained_as_estimated():
     # 2 w/c is one of order, so a factor of 2; with 20 meshes a side the flight's peak strain is 6e-4 to 8e-4 and
-    # the estimate 7e-4. Peaks last 0.05 ms: the books see them, frames do not
+    # the estimate 7e-4. Peaks last 0.05 ms: the balance sees them, frames do not
     system, start = reference_flight(10)
     flight = simulate(system, start, [0.0, 1.0], options=EXPLICIT)
     snap = forces_of(ranking_of(system, start, flight_time=1.0))["elastic tension at snap"]
-    assert 0.5 < flight[-1].books.peak_tension / snap.newtons < 2
+    assert 0.5 < flight[-1].balance.peak_tension / snap.newtons < 2
     s = scales_of(system, start, 1.0)
     assert snap.newtons == pytest.approx(system.cords.axial_stiffness[0] * 2 * s.jerk / s.wave_speed)
     assert 6e-4 < 2 * s.jerk / s.wave_speed < 8e-4
@@ -347,7 +347,7 @@ def test_shipped_scenario_flies_as_estimated(name, end):
     mass = system.mass[:, None] / system.mass.sum()
     middle = [(mass * state.x).sum(axis=0)[2] for state in flight]
     fastest = max(np.linalg.norm((mass * state.v).sum(axis=0)) for state in flight)
-    peak = max(state.books.peak_tension for state in flight)  # each between two frames
+    peak = max(state.balance.peak_tension for state in flight)  # each between two frames
     force, s = forces_of(ranking), ranking.scales
     for estimate, flown in (
         (force["elastic tension at snap"].newtons, peak),
@@ -406,7 +406,7 @@ def test_load_on_bodies_alone_is_found_with_its_newtons_and_the_mass_that_it_mov
     system, start = square_with(BODIES[kind], velocity=(0, 2.0, 0))
     assert included_in(system) == {kind}
     force = forces_of(ranking_of(system, start, flight_time=2.0, altitude=250e3))
-    told = force[{"drag": "aerodynamic drag", "sunlight": "solar pressure", "air": "air drag"}[kind]]
+    reported = force[{"drag": "aerodynamic drag", "sunlight": "solar pressure", "air": "air drag"}[kind]]
     newtons = (
         4
         * {
@@ -416,29 +416,29 @@ def test_load_on_bodies_alone_is_found_with_its_newtons_and_the_mass_that_it_mov
         }[kind]
     )
     corners = 4 * 0.5 * SOFT.cross_section * 1000.0  # kg, half of two cables of 0.5 m each
-    assert told.included
-    assert told.newtons == pytest.approx(newtons, rel=1e-9, abs=0)
+    assert reported.included
+    assert reported.newtons == pytest.approx(newtons, rel=1e-9, abs=0)
     # four seconds' way through the air at most
     expected = min(0.5 * newtons / corners * 2.0**2, 7.0 * 2.0) if kind == "air" else newtons / corners * 2.0
-    assert told.displacement == pytest.approx(expected, rel=1e-9, abs=0)
-    assert "on bodies, moves" in told.formula
-    left_out = force[f"{told.name} of cords"]
+    assert reported.displacement == pytest.approx(expected, rel=1e-9, abs=0)
+    assert "on bodies, moves" in reported.formula
+    left_out = force[f"{reported.name} of cords"]
     assert not left_out.included
-    if kind != "air":  # which is not told of a net without gravity and air
+    if kind != "air":  # which is not reported of a net without gravity and air
         bare, start = square_with(velocity=(0, 2.0, 0))
-        alone = forces_of(ranking_of(bare, start, flight_time=2.0, altitude=250e3))[told.name]
+        alone = forces_of(ranking_of(bare, start, flight_time=2.0, altitude=250e3))[reported.name]
         assert left_out.newtons == alone.newtons
 
 
 @pytest.mark.parametrize("kind", BODIES)
-def test_cords_and_bodies_are_summed_and_the_faster_of_them_told(kind):
+def test_cords_and_bodies_are_summed_and_the_faster_of_them_reported(kind):
     name = {"drag": "aerodynamic drag", "sunlight": "solar pressure", "air": "air drag"}[kind]
 
-    def told(*loads):
+    def reported(*loads):
         system, start = square_with(*loads, velocity=(0, 2.0, 0))
         return forces_of(ranking_of(system, start, flight_time=1e-3, altitude=250e3))[name]
 
-    both, cords, bodies = told(LOADS[kind], BODIES[kind]), told(LOADS[kind]), told(BODIES[kind])
+    both, cords, bodies = reported(LOADS[kind], BODIES[kind]), reported(LOADS[kind]), reported(BODIES[kind])
     assert both.newtons == pytest.approx(cords.newtons + bodies.newtons, rel=1e-9, abs=0)
     assert both.displacement == pytest.approx(max(cords.displacement, bodies.displacement), rel=1e-9, abs=0)
     assert "on cords and bodies" in both.formula
@@ -456,7 +456,7 @@ def test_load_on_a_chaser_is_none_on_the_net():
     assert there["aerodynamic drag"].newtons == pytest.approx(alone["aerodynamic drag"].newtons)
 
 
-def test_all_loads_are_told_as_included():
+def test_all_loads_are_reported_as_included():
     system, start = square_with(*LOADS.values())
     force = forces_of(ranking_of(system, start, flight_time=1.0, altitude=ALTITUDE))
     included = {name for name, each in force.items() if each.included}
@@ -475,7 +475,7 @@ def test_gravity_is_the_largest_during_the_flight():
     assert scales_of(system, start, 0.4).fall.gravity == pytest.approx(1.0)
 
 
-def test_loads_of_the_system_are_told_by_their_own_figures():
+def test_loads_of_the_system_are_reported_by_their_own_figures():
     system, start = square_with(*LOADS.values(), velocity=(0, 0, 2.0))
     force = forces_of(ranking_of(system, start, flight_time=1e-3, altitude=ALTITUDE))
     area = 20 * 2e-3  # 20 m of cord, 2 mm

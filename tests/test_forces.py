@@ -10,12 +10,11 @@ import numpy as np
 import pytest
 
 import netdae.forces
-from netdae.damping import Dashpot
 from netdae.forces.air import AIR, AirOnCables
 from netdae.forces.brake import BRAKE, END_STOP, Brake, EndStop
 from netdae.forces.cables import CABLE, Cables, law_of
 from netdae.forces.drag import BODY_DRAG, DragOnBodies
-from netdae.forces.drawcord import SLIDING_CORD, sliding_cord
+from netdae.forces.drawcord import DRAWCORD, drawcord
 from netdae.forces.elements import ElementForce
 from netdae.forces.free_molecular import MOLECULAR_DRAG, MolecularDrag
 from netdae.forces.law import LAWS
@@ -27,7 +26,8 @@ from netdae.forces.reel import REELED, Reeled
 from netdae.forces.rings import Cord
 from netdae.forces.solar import LIGHT, Light, LightOnCables
 from netdae.forces.spring import GROUND_SPRING, STRUT, GroundSpring, Strut
-from netdae.signals import Constant, Function
+from netdae.model.signals import Constant, Function
+from netdae.system.damping import Dashpot
 
 M = 20  # elements in each case
 EPS = 0.2  # toe strain, as large as the strains, so that each branch is well away from its ends
@@ -69,7 +69,7 @@ def reeled(strain, rate, *, eps=0.0, engineering=False, tau=0.0):
     return ElementForce(REELED, nodes, Reeled(held.L - share * s, share, *cords)), 0.0, x, v
 
 
-def drawcord(strain, rate, *, closed=True, eps=0.0, engineering=False, tau=0.0, friction=0.0, theta=1.0):
+def strung(strain, rate, *, closed=True, eps=0.0, engineering=False, tau=0.0, friction=0.0, theta=1.0):
     """A cord through six random rings of 0.1 m, whose strain and strain rate are in the middle of the given ranges."""
     rng = np.random.default_rng(12)
     k, size, EA, share = 6, 0.1, 50.0, -0.7
@@ -82,7 +82,7 @@ def drawcord(strain, rate, *, closed=True, eps=0.0, engineering=False, tau=0.0, 
     L = length / np.sqrt(1 + 2 * E11)
     v[0, k, 0] = L / share * (length * rate_of / L**2 - dE11) / (1 + 2 * E11)
     cord = Cord(L - share * x[0, k, 0], share, EA, eps, engineering, tau, size, friction, 2.0, theta)
-    return sliding_cord(np.arange(k + 1)[None], cord, closed=closed), 0.0, x, v
+    return drawcord(np.arange(k + 1)[None], cord, closed=closed), 0.0, x, v
 
 
 def points(make):
@@ -225,18 +225,18 @@ CASES = {
     "end stop let go": lambda: end_stop(1.0, x=(0.6, 1.0), v=(-40.0, -20.0)),  # k δ ≤ 0.5 N, c δ̇ ≤ −2 N
     "motor winding in": lambda: motor(v=(0.01, 1.0)),
     "motor pulled back": lambda: motor(v=(-1.0, -0.01)),
-    "drawcord slack": lambda: drawcord(SLACK, (-1.0, 1.0), tau=TAU, friction=0.3),
-    "drawcord taut": lambda: drawcord(TAUT, (-1.0, 1.0)),
-    "drawcord open in the toe engineering": lambda: drawcord(IN_TOE, (-1.0, 1.0), closed=False, eps=EPS, **LINEAR),
-    "drawcord taut dashpot": lambda: drawcord(TAUT, ACTIVE, tau=TAU),
-    "drawcord open taut dashpot unloading": lambda: drawcord((0.3, 0.5), (-2.0, -1.0), closed=False, tau=TAU),
-    "drawcord in the toe dashpot": lambda: drawcord(IN_TOE, ACTIVE, eps=EPS, tau=TAU),
-    "drawcord taut dashpot clamped": lambda: drawcord(TAUT, CLAMPED, tau=TAU, friction=0.3),
-    "drawcord with friction": lambda: drawcord(TAUT, (-1.0, 1.0), friction=0.3),
-    "drawcord with friction and dashpot at both ends": lambda: drawcord(
+    "drawcord slack": lambda: strung(SLACK, (-1.0, 1.0), tau=TAU, friction=0.3),
+    "drawcord taut": lambda: strung(TAUT, (-1.0, 1.0)),
+    "drawcord open in the toe engineering": lambda: strung(IN_TOE, (-1.0, 1.0), closed=False, eps=EPS, **LINEAR),
+    "drawcord taut dashpot": lambda: strung(TAUT, ACTIVE, tau=TAU),
+    "drawcord open taut dashpot unloading": lambda: strung((0.3, 0.5), (-2.0, -1.0), closed=False, tau=TAU),
+    "drawcord in the toe dashpot": lambda: strung(IN_TOE, ACTIVE, eps=EPS, tau=TAU),
+    "drawcord taut dashpot clamped": lambda: strung(TAUT, CLAMPED, tau=TAU, friction=0.3),
+    "drawcord with friction": lambda: strung(TAUT, (-1.0, 1.0), friction=0.3),
+    "drawcord with friction and dashpot at both ends": lambda: strung(
         TAUT, ACTIVE, tau=TAU, friction=0.3, theta=0.5
     ),
-    "drawcord open with friction above the toe engineering dashpot": lambda: drawcord(
+    "drawcord open with friction above the toe engineering dashpot": lambda: strung(
         (1.3 * EPS, 0.6), ACTIVE, closed=False, eps=EPS, tau=TAU, friction=0.5, **LINEAR
     ),
     "orbit": lambda: points(lambda nodes, m: ElementForce(ORBIT, nodes, OrbitForce(m, 0.7))),
@@ -302,7 +302,7 @@ def test_what_acts_inside_a_net_keeps_its_momentum():
         if law.pair:
             assert (np.abs(f[:, 0] + f[:, 1]) <= 1e-12 * size).all(), name
         if not (law.external or law.implicit):  # which acts along x of drums alone
-            in_space = f[:, :-1] if law in (REELED, SLIDING_CORD) else f
+            in_space = f[:, :-1] if law in (REELED, DRAWCORD) else f
             assert (np.abs(in_space.sum(axis=1)) <= 1e-12 * size).all(), name
     assert acting == all_laws()
 
@@ -351,13 +351,13 @@ def test_the_cases_lie_on_the_branches_they_name():
         force, _, x, v = make()
         if force.law not in (CABLE, REELED):
             continue
-        told = force.parameters
-        L = told.L + told.share * x[:, 2, 0] if force.law is REELED else np.sqrt(told.L2)
+        reported = force.parameters
+        L = reported.L + reported.share * x[:, 2, 0] if force.law is REELED else np.sqrt(reported.L2)
         pull = np.linalg.norm(force.force(0.0, x, v)[:, 0], axis=1)
         assert ((pull == 0) == ("slack" in name or "clamped" in name)).all(), name
         d = x[:, 1] - x[:, 0]
         lam = np.linalg.norm(d, axis=1) / L
-        e = lam - 1 if told.engineering[0] else 0.5 * (lam**2 - 1)
+        e = lam - 1 if reported.engineering[0] else 0.5 * (lam**2 - 1)
         if "toe" in name and "slack" not in name:
             assert ((e < EPS) == ("in the toe" in name)).all(), name
 
@@ -430,7 +430,7 @@ def test_a_dashpot_by_zeta_is_that_share_of_critical():
     """Two lumps m/2 on a spring k: reduced mass m/4, critical 2√(k m/4) = √(k m); c = ζ√(k m) = τ k."""
     from conftest import CORD, line
 
-    from netdae.material import Cords
+    from netdae.model.material import Cords
 
     net = line(1, length=0.7)
     tau = Dashpot(zeta=0.1).viscosity_times(net, Cords.of(net, CORD))

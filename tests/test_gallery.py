@@ -1,4 +1,4 @@
-"""The gallery makes a picture and a line of a scenario, and the README shows all of them."""
+"""The gallery makes a picture and a line of a scenario, and the manual shows all of them."""
 
 import subprocess
 import sys
@@ -36,8 +36,8 @@ def test_a_folder_that_is_a_file_is_one_line(tmp_path):
     assert len(done.stderr.splitlines()) == 1
 
 
-def test_the_readme_shows_every_scenario():
-    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+def test_the_manual_shows_every_scenario():
+    page = (ROOT / "netdae/manual/gallery.md").read_text(encoding="utf-8")
     for script in SCRIPTS:
-        assert f"scripts/pictures/gallery/{script.stem}.png" in readme, script.name
+        assert f"scripts/pictures/gallery/{script.stem}.png" in page, script.name
         assert (ROOT / "scripts/pictures/gallery" / f"{script.stem}.png").is_file()

@@ -1,4 +1,4 @@
-"""The shipped scenarios of a net that is held, and of one that is towed: at their ends they are as statics tell."""
+"""The shipped scenarios of a net that is held, and of one that is towed: at their ends they are as statics report."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 
 import netdae as nd
-from netdae._arrays import FloatArray
-from netdae.state import State
-from netdae.statics import equilibrium
-from netdae.system import System
+from netdae.core.arrays import FloatArray
+from netdae.model.state import State
+from netdae.solvers.statics import equilibrium
+from netdae.system.system import System
 
 SCRIPTS = Path(__file__).resolve().parent.parent / "scripts"
 

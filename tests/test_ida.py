@@ -10,20 +10,20 @@ import numpy as np
 import pytest
 from conftest import SOFT, line, random_net, random_velocities, reference_flight
 
-from netdae import integration
-from netdae.damping import Dashpot, NoDamping
-from netdae.errors import InputError, RunError
-from netdae.flight import simulate
+from netdae.core.errors import InputError, RunError
+from netdae.forces.force import Account, Tangent
 from netdae.forces.loads import NodalLoad
-from netdae.forces.protocol import Account, Tangent
-from netdae.integration import integrate
-from netdae.linear_solver import CondensedSolver
-from netdae.motions import FunctionMotion
-from netdae.options import SolverOptions
-from netdae.restraints import Restraint
-from netdae.signals import Pulse
-from netdae.state import State
-from netdae.system import System
+from netdae.model.motions import FunctionMotion
+from netdae.model.restraints import Restraint
+from netdae.model.signals import Pulse
+from netdae.model.state import State
+from netdae.solvers import driver as integration
+from netdae.solvers.driver import integrate
+from netdae.solvers.flight import simulate
+from netdae.solvers.linalg.condensed import CondensedSolver
+from netdae.solvers.options import SolverOptions
+from netdae.system.damping import Dashpot, NoDamping
+from netdae.system.system import System
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +55,7 @@ def pushed(of, node=2):
 @pytest.fixture
 def from_python(monkeypatch):
     """IDA driven through scikit-sundae, also where the compiled driver could."""
-    monkeypatch.setitem(integration._STEPPERS, "ida", ("netdae.ida.stepper", "IdaSolver"))
+    monkeypatch.setitem(integration._STEPPERS, "ida", ("netdae.solvers.ida.stepper", "IdaSolver"))
 
 
 def fly(system, end=0.1, **options):
@@ -174,7 +174,7 @@ def counts(flight):
 
 
 def test_frames_do_not_change_steps():
-    """Outputs are read from IDA's polynomial: all counts are equal, states and books to the last bit."""
+    """Outputs are read from IDA's polynomial: all counts are equal, states and balance to the last bit."""
     for make in (struggling_flight, lambda: reference_flight(4)):
         system, start = make()
         end = 0.1 if make is struggling_flight else 0.6
@@ -326,13 +326,13 @@ def test_the_start_is_the_first_frame_with_consistent_accelerations():
         ([0.1, 0.2], "begin at 0.1 s, but the start is at 0 s"),
     ],
 )
-def test_times_that_cannot_be_flown_are_told(times, words):
+def test_times_that_cannot_be_flown_are_reported(times, words):
     system, start = struggling_flight()
     with pytest.raises(InputError, match=words):
         integrate(system, start, times)
 
 
-def test_starts_that_cannot_be_flown_are_told():
+def test_starts_that_cannot_be_flown_are_reported():
     system, start = struggling_flight()
     with pytest.raises(InputError, match=r"x has the shape \(3, 3\).*12 nodes"):
         integrate(system, State.at(np.zeros((3, 3))), [0.0, 1.0])
@@ -354,7 +354,7 @@ def test_starts_that_cannot_be_flown_are_told():
         ({"max_order": 6}, "order 1 to 5"),
     ],
 )
-def test_options_out_of_range_are_told(options, words):
+def test_options_out_of_range_are_reported(options, words):
     with pytest.raises(InputError, match=words):
         SolverOptions(**options)
 

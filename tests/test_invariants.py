@@ -5,13 +5,13 @@ import pytest
 from conftest import CORD, SOFT, random_net, random_velocities, reference_flight
 from scipy.spatial.transform import Rotation
 
-from netdae.damping import Dashpot, NoDamping, Rayleigh
-from netdae.flight import simulate
-from netdae.material import Material
-from netdae.net import CableNet
-from netdae.options import SolverOptions
-from netdae.state import State
-from netdae.system import System
+from netdae.model.material import Material
+from netdae.model.net import CableNet
+from netdae.model.state import State
+from netdae.solvers.flight import simulate
+from netdae.solvers.options import SolverOptions
+from netdae.system.damping import Dashpot, NoDamping, Rayleigh
+from netdae.system.system import System
 
 DAMPINGS = {"none": NoDamping(), "dashpot": Dashpot(viscosity_time=1e-4), "rayleigh": Rayleigh(beta=1e-4)}
 TURN = [25.0, -40.0, 110.0]
@@ -115,7 +115,7 @@ def test_a_flight_loses_that_energy_and_angular_momentum_at_half_a_radian():
     energy = system.kinetic_energy(start.v)
     span = 1e-4 * energy / power
     last = simulate(system, start, [0.0, span], options=tight(1e-9))[-1]
-    assert last.books.dissipated_energy == pytest.approx(1e-4 * energy, rel=1e-2)
+    assert last.balance.dissipated_energy == pytest.approx(1e-4 * energy, rel=1e-2)
     assert energy - system.kinetic_energy(last.v) == pytest.approx(1e-4 * energy, rel=1e-2)
     lost = system.angular_momentum(start.x, start.v) - system.angular_momentum(last.x, last.v)
     np.testing.assert_allclose(lost, [0, 0, 1e-4 * energy / rate], rtol=1e-2, atol=1e-12)
@@ -147,7 +147,7 @@ def test_the_symmetric_shot_stays_symmetric_until_its_first_snap(damping):
             np.testing.assert_allclose(frame.x[image], frame.x @ turn.T, rtol=0, atol=1e-9)
     assert not system.tension(flight[-1].x).any()
     later = simulate(system, start, [0.0, 0.16])[-1]
-    assert system.tension(later.x).any() or later.books.dissipated_energy > 0
+    assert system.tension(later.x).any() or later.balance.dissipated_energy > 0
 
 
 @pytest.mark.parametrize("damping", [Dashpot(viscosity_time=1e-5), NoDamping()], ids=["dashpot", "none"])
@@ -159,7 +159,7 @@ def test_a_slack_net_flies_straight(damping):
     for frame in flight:
         np.testing.assert_allclose(frame.x, start.x + frame.t * start.v, rtol=0, atol=1e-13)
         np.testing.assert_allclose(frame.v, start.v, rtol=0, atol=1e-13)
-        assert frame.books.dissipated_energy == 0.0
+        assert frame.balance.dissipated_energy == 0.0
         np.testing.assert_allclose(frame.a, 0.0, atol=1e-12)
 
 

@@ -10,20 +10,20 @@ from pathlib import Path
 import pytest
 
 import netdae
-from netdae._kernel_cache import forget_outdated
-from netdae._sources import Sources
+from netdae.core.kernel_cache import forget_outdated
+from netdae.core.sources import Sources
 from netdae.forces.law import version_of
 
 INNER = "from numba import njit\n\n@njit(cache=True)\ndef inner(x):\n    return x + {gain}\n"
 OUTER = (
-    "from netdae._kernel_cache import forget_outdated\n"
+    "from netdae.core.kernel_cache import forget_outdated\n"
     "forget_outdated({folder!r})\n"
     "from numba import njit\nfrom inner import inner\n\n"
     "@njit(cache=True)\ndef outer(x):\n    return inner(x)\n\nprint(outer(1))\n"
 )
 
 
-def told(folder: Path) -> str:
+def reported(folder: Path) -> str:
     done = subprocess.run(
         [sys.executable, "outer.py"], cwd=folder, capture_output=True, text=True, check=True
     )
@@ -33,9 +33,9 @@ def told(folder: Path) -> str:
 def test_a_kernel_is_compiled_anew_where_one_that_it_calls_has_changed(tmp_path: Path) -> None:
     (tmp_path / "inner.py").write_text(INNER.format(gain=1), encoding="utf-8")
     (tmp_path / "outer.py").write_text(OUTER.format(folder=str(tmp_path)), encoding="utf-8")
-    assert told(tmp_path) == "2"
+    assert reported(tmp_path) == "2"
     (tmp_path / "inner.py").write_text(INNER.format(gain=10), encoding="utf-8")
-    assert told(tmp_path) == "11"  # numba alone would say 2
+    assert reported(tmp_path) == "11"  # numba alone would say 2
 
 
 FILES = ["kernel.f-3.py311.1.nbc", "kernel.f-3.py311.nbi"]
@@ -68,7 +68,7 @@ def test_an_edit_of_a_law_outdates_its_own_kernels_and_no_step() -> None:
         "forces/loops",
     ):
         assert not sources.closure_of(str(package / f"{driver}.py")) & laws, driver
-    # laws are told apart by a hash of all that they are made of
+    # laws are distinguished by a hash of all that they are made of
     assert str(package / "forces/cables.py") in sources.closure_of(str(package / "forces/reel.py"))
     assert version_of("netdae.forces.cables") != version_of("netdae.forces.reel")
     assert version_of("somewhere.else") == ""

@@ -9,22 +9,22 @@ import pytest
 from conftest import SOFT, random_net, random_velocities, reference_flight
 from scipy.sparse.linalg import spsolve
 
-from netdae import integration
-from netdae.assembly import BlockPattern
-from netdae.damping import Dashpot, NoDamping, Rayleigh
-from netdae.errors import RunError
-from netdae.flight import simulate
-from netdae.forces.drawcord import sliding_cord
+from netdae.core.errors import RunError
+from netdae.forces.drawcord import drawcord
+from netdae.forces.force import Account, Tangent
 from netdae.forces.loads import Gravity, NodalLoad
-from netdae.forces.protocol import Account, Tangent
 from netdae.forces.rings import Cord
-from netdae.ida.stepper import IdaSolver
-from netdae.linear_solver import CondensedSolver, full_jacobian
-from netdae.motions import FunctionMotion
-from netdae.net import CableNet
-from netdae.options import SolverOptions
-from netdae.restraints import Restraint
-from netdae.system import System
+from netdae.model.motions import FunctionMotion
+from netdae.model.net import CableNet
+from netdae.model.restraints import Restraint
+from netdae.solvers import driver as integration
+from netdae.solvers.flight import simulate
+from netdae.solvers.ida.stepper import IdaSolver
+from netdae.solvers.linalg.condensed import CondensedSolver, full_jacobian
+from netdae.solvers.options import SolverOptions
+from netdae.system.assembly import BlockPattern
+from netdae.system.damping import Dashpot, NoDamping, Rayleigh
+from netdae.system.system import System
 
 SWING = FunctionMotion(
     lambda t: [0.1 * np.sin(t), 0.0, 0.0],
@@ -179,7 +179,7 @@ def test_jacobian_is_the_derivative_of_the_residual(system, cj):
 @pytest.mark.parametrize("products", ["frozen", "true"])
 def test_ida_calls_solve_product_solve(monkeypatch, products):
     """What `ida.stepper` says that its frozen products rest on; another version of SUNDIALS may break it."""
-    monkeypatch.setitem(integration._STEPPERS, "ida", ("netdae.ida.stepper", "IdaSolver"))
+    monkeypatch.setitem(integration._STEPPERS, "ida", ("netdae.solvers.ida.stepper", "IdaSolver"))
     calls = []
 
     def spy(name, letter):
@@ -217,7 +217,7 @@ def test_ida_calls_solve_product_solve(monkeypatch, products):
 
 def test_frozen_products_need_at_most_a_tenth_more_steps(monkeypatch):
     """At standard; past the first snaps steps are a matter of chance, hence the sum over three starts."""
-    monkeypatch.setitem(integration._STEPPERS, "ida", ("netdae.ida.stepper", "IdaSolver"))
+    monkeypatch.setitem(integration._STEPPERS, "ida", ("netdae.solvers.ida.stepper", "IdaSolver"))
     steps = {"frozen": 0, "true": 0}
     for seed in range(3):
         system, start = reference_flight(seed=seed)
@@ -229,7 +229,7 @@ def test_frozen_products_need_at_most_a_tenth_more_steps(monkeypatch):
 
 
 def test_frozen_products_need_at_most_a_tenth_more_steps_with_rayleigh_damping(monkeypatch):
-    monkeypatch.setitem(integration._STEPPERS, "ida", ("netdae.ida.stepper", "IdaSolver"))
+    monkeypatch.setitem(integration._STEPPERS, "ida", ("netdae.solvers.ida.stepper", "IdaSolver"))
     system, start = reference_flight(5, damping=Rayleigh(beta=1e-4))
     steps = {}
     for products in ("frozen", "true"):
@@ -257,7 +257,7 @@ def test_negative_pivots_are_accepted():
     )
 
 
-def test_a_singular_matrix_is_told():
+def test_a_singular_matrix_is_reported():
     net = CableNet([[0, 0, 0], [1, 0, 0]], [[0, 1]], rest_length=[2.0])  # slack
     cord = SOFT
     still = System(net, cord, damping=NoDamping(), masses={"all": 1.0})
@@ -306,7 +306,7 @@ def corded(k, *, friction, restraints=()):
     for rings, drum, closed in ((np.arange(k), 2 * k, True), (np.arange(k, 2 * k), 2 * k + 1, False)):
         way = np.linalg.norm(np.diff(x[[*rings, *rings[: int(closed)]]], axis=0), axis=1).sum()
         cord = Cord(0.9 * way, -1.0, 50.0, 0.0, False, 1e-3, 1e-2, friction, 0.3, 1.0)
-        cords.append(sliding_cord(np.append(rings, drum)[None], cord, closed=closed))
+        cords.append(drawcord(np.append(rings, drum)[None], cord, closed=closed))
     return System(
         net, SOFT, damping=NoDamping(), masses={"drums": 0.3}, restraints=restraints, forces=cords
     ), cords

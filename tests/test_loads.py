@@ -1,18 +1,18 @@
-"""Loads p(t): exact momentum, no restart at kinks, books that close."""
+"""Loads p(t): exact momentum, no restart at kinks, balance that closes."""
 
 import numpy as np
 import pytest
 from conftest import CORD, SOFT, random_net, random_velocities, reference_flight
 
-from netdae.damping import Dashpot, Rayleigh
-from netdae.errors import InputError
-from netdae.flight import simulate
+from netdae.core.errors import InputError
 from netdae.forces.loads import Gravity, NodalLoad
-from netdae.net import CableNet
-from netdae.options import SolverOptions
-from netdae.signals import Function, Pulse, Table
-from netdae.state import State
-from netdae.system import System
+from netdae.model.net import CableNet
+from netdae.model.signals import Function, Pulse, Table
+from netdae.model.state import State
+from netdae.solvers.flight import simulate
+from netdae.solvers.options import SolverOptions
+from netdae.system.damping import Dashpot, Rayleigh
+from netdae.system.system import System
 
 
 def slack_square(loads):
@@ -29,7 +29,7 @@ def test_a_pulse_of_a_tenth_of_a_millisecond_gives_its_exact_momentum(begin):
     flight = simulate(system, start, np.linspace(0.0, 0.1, 4))
     expected = 4 * 1e-4 * np.array([0.0, 300.0, 1000.0])
     np.testing.assert_allclose(system.momentum(flight[-1].v), expected, rtol=1e-12, atol=1e-16)
-    np.testing.assert_allclose(flight[-1].books.external_impulse, expected, rtol=1e-12, atol=1e-16)
+    np.testing.assert_allclose(flight[-1].balance.external_impulse, expected, rtol=1e-12, atol=1e-16)
     assert flight.statistics["starts"] == (2 if begin == 0.0 else 3)
     # each bullet, not only their sum: corners fly freely until a cable is taut
     corners = system.net.nodes_of("corners")
@@ -71,8 +71,8 @@ def test_kinks_of_a_table_do_not_restart():
     # momentum is the table's trapezoid sum; BDF takes velocities to a tolerance of 1e-3 m/s
     expected = 4 * np.trapezoid(values, times, axis=0)
     np.testing.assert_allclose(system.momentum(flight[-1].v), expected, rtol=0, atol=4 * 0.5 * 1e-3)
-    # the books integrate the load itself, linear between the ends of steps
-    np.testing.assert_allclose(flight[-1].books.external_impulse, expected, rtol=1e-10, atol=1e-13)
+    # the balance integrates the load itself, linear between the ends of steps
+    np.testing.assert_allclose(flight[-1].balance.external_impulse, expected, rtol=1e-10, atol=1e-13)
 
 
 @pytest.mark.parametrize("kind", ["constant", "linear", "cubic", "function"])
@@ -117,14 +117,14 @@ def test_books_of_constant_loads_close_exactly():
     for frame in flight:
         moved = frame.x - start.x
         work = system.mass @ moved @ g + moved[[1, 4, 7]].sum(axis=0) @ p
-        assert frame.books.external_work == pytest.approx(work, rel=1e-11, abs=1e-15)
+        assert frame.balance.external_work == pytest.approx(work, rel=1e-11, abs=1e-15)
         impulse = (system.mass.sum() * g + 3 * p) * frame.t
-        np.testing.assert_allclose(frame.books.external_impulse, impulse, rtol=1e-11, atol=1e-15)
+        np.testing.assert_allclose(frame.balance.external_impulse, impulse, rtol=1e-11, atol=1e-15)
         np.testing.assert_allclose(system.momentum(frame.v) - p0, impulse, rtol=1e-11, atol=1e-13)
 
 
 def residual(system, start, times, **options):
-    """Energy that the books miss at the end, and the largest kinetic + elastic energy, J."""
+    """Energy that the balance misses at the end, and the largest kinetic + elastic energy, J."""
     flight = simulate(system, start, times, options=SolverOptions(**options))
     energy = np.array([system.kinetic_energy(f.v) + system.elastic_energy(f.x) for f in flight])
     missing = energy + flight.dissipated_energy - flight.external_work - energy[0]
@@ -151,18 +151,18 @@ def test_the_energy_balance_closes_with_the_tolerance(damping):
     assert shares[2] < shares[1] < shares[0]
 
 
-def test_mass_proportional_damping_takes_momentum_by_the_books():
-    """Ṗ = −α P: the momentum decays as exp(−α t), and the impulse in the books is the loss."""
+def test_mass_proportional_damping_takes_momentum_by_the_balance():
+    """Ṗ = −α P: the momentum decays as exp(−α t), and the impulse in the balance is the loss."""
     system, _ = slack_square([])
     system = System(system.net, CORD, damping=Rayleigh(alpha=3.0), masses={"corners": 0.5})
     start = State.at(system.net.nodes * 0.5, np.tile([1.0, 0.0, 2.0], (25, 1)))
     flight = simulate(system, start, [0.0, 0.5], options=SolverOptions(accuracy="accurate"))
     before, after = system.momentum(start.v), system.momentum(flight[-1].v)
     np.testing.assert_allclose(after, np.exp(-1.5) * before, rtol=1e-4, atol=1e-15)
-    # the books take the loss by Simpson's rule over BDF's own steps, right to its tolerance
-    np.testing.assert_allclose(flight[-1].books.external_impulse, after - before, rtol=1e-3, atol=1e-12)
+    # the balance takes the loss by Simpson's rule over BDF's own steps, right to its tolerance
+    np.testing.assert_allclose(flight[-1].balance.external_impulse, after - before, rtol=1e-3, atol=1e-12)
     lost = system.kinetic_energy(start.v) - system.kinetic_energy(flight[-1].v)
-    assert flight[-1].books.dissipated_energy == pytest.approx(lost, rel=1e-3)
+    assert flight[-1].balance.dissipated_energy == pytest.approx(lost, rel=1e-3)
 
 
 def test_a_table_that_does_not_cover_the_flight_is_refused():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import netdae as nd
-from netdae import earth
+from netdae.forces import earth
 
 n = earth.mean_motion(600e3)
 CHASER, BODY, LENGTH = 400.0, 20.0, 1000.0  # kg, kg, m

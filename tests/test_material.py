@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 import pyvista
 
-from netdae.damping import NoDamping
-from netdae.errors import InputError
-from netdae.material import Cords, Material
+from netdae.core.errors import InputError
 from netdae.mesh.io import read_net
-from netdae.net import CableNet
-from netdae.system import System
+from netdae.model.material import Cords, Material
+from netdae.model.net import CableNet
+from netdae.system.damping import NoDamping
+from netdae.system.system import System
 
 NAN = np.nan
 NODES, CABLES = [[0, 0, 0], [3.0, 0, 0], [3.0, 4.0, 0]], [[0, 1], [1, 2]]  # 3 m and 4 m
@@ -17,7 +17,7 @@ GIVEN = {
     "density": Material(youngs_modulus=2e9, density=1000.0, area=1e-6),
     "linear density": Material(youngs_modulus=2e9, linear_density=1e-3, area=1e-6),
 }
-"""One cord told in two ways: EA 2 kN, 1 g/m."""
+"""One cord reported in two ways: EA 2 kN, 1 g/m."""
 
 # data of the two cables, and from them axial stiffness in N and mass per length in g/m of either cord
 OVERRIDDEN = {
@@ -61,7 +61,7 @@ def test_cable_data_override_the_material_cable_by_cable_but_not_its_linear_dens
 
 
 @pytest.mark.parametrize("suffix", [".vtu", ".vtk"])
-def test_cable_data_of_a_file_with_gaps_fly_as_told(suffix, tmp_path):
+def test_cable_data_of_a_file_with_gaps_fly_as_reported(suffix, tmp_path):
     grid = pyvista.UnstructuredGrid([2, 0, 1, 2, 1, 2], [3, 3], np.array(NODES, dtype=float))
     grid.cell_data["rest_length"] = [NAN, 5.0]
     grid.cell_data["diameter"] = [4e-3, NAN]
@@ -101,7 +101,7 @@ def test_a_later_group_overrides_with_its_own_way_to_tell_the_mass():
         ({"youngs_modulus": 1e308, "diameter": 1e3}, "axial stiffness comes out as inf N"),
     ],
 )
-def test_material_that_is_no_number_or_out_of_range_is_told(changed, words):
+def test_material_that_is_no_number_or_out_of_range_is_reported(changed, words):
     good = {"youngs_modulus": 70e9, "density": 1390.0, "diameter": 1e-3}
     with pytest.raises(InputError, match=f"^material: .*{words}") as caught:
         Material(**{**good, **changed})
@@ -115,7 +115,7 @@ def test_material_that_is_no_number_or_out_of_range_is_told(changed, words):
         ({"density": [1e-308, NAN]}, "cable 0 has the linear density 1e-314 kg/m"),
     ],
 )
-def test_cable_data_out_of_range_are_told_by_the_cable(data, words):
+def test_cable_data_out_of_range_are_reported_by_the_cable(data, words):
     with pytest.raises(InputError, match=words):
         Cords.of(CableNet(NODES, CABLES, cable_data=data), GIVEN["density"])
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from conftest import CORD, SOFT, random_net, random_velocities
 
-from netdae.damping import Dashpot, NoDamping, Rayleigh
-from netdae.material import Material
-from netdae.net import CableNet
-from netdae.system import System
+from netdae.model.material import Material
+from netdae.model.net import CableNet
+from netdae.system.damping import Dashpot, NoDamping, Rayleigh
+from netdae.system.system import System
 
 TOE = Material(youngs_modulus=1e7, density=1000.0, diameter=2e-3, toe_strain=0.05)
 LINEAR = Material(youngs_modulus=1e7, density=1000.0, diameter=2e-3, law="engineering")

@@ -10,9 +10,9 @@ import pytest
 import pyvista
 from scipy.spatial.distance import pdist
 
-from netdae.errors import MeshError
+from netdae.core.errors import MeshError
 from netdae.mesh.io import SUFFIXES, describe, read_net, write_net
-from netdae.net import CableNet
+from netdae.model.net import CableNet
 
 # gmsh's points of the frame, and its lines between them
 FRAME = [(0, 0), (2, 0), (2, 2), (0, 2)]
@@ -342,7 +342,7 @@ def test_edges_of_a_surface_are_a_net_on_request(tmp_path):
         read_net(tmp_path / "line.vtu", surface_edges=True)
 
 
-def test_doubles_and_coincident_nodes_are_told(tmp_path, caplog):
+def test_doubles_and_coincident_nodes_are_reported(tmp_path, caplog):
     points = [[0, 0, 0], [1, 0, 0], [2, 0, 0], [1, 0, 1e-13], [1, 1, 0.0]]
     mesh = meshio.Mesh(
         points,
@@ -503,7 +503,7 @@ def test_missing_file_and_folder_are_named(tmp_path):
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
-def test_file_cut_anywhere_is_told_or_whole_where_it_still_reads(tmp_path, suffix, capfd):
+def test_file_cut_anywhere_is_reported_or_whole_where_it_still_reads(tmp_path, suffix, capfd):
     write_net(CableNet.square(side=1.0, cells=2), tmp_path / f"whole{suffix}")
     whole = (tmp_path / f"whole{suffix}").read_bytes()
     rng = np.random.default_rng(11)

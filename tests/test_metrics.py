@@ -8,21 +8,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from netdae.closed import with_closings
-from netdae.closing import Haul, Winch
-from netdae.damping import Dashpot
-from netdae.errors import InputError
-from netdae.figures import HISTORY, figures_of, time_below, time_quantile
-from netdae.gauge import Cordage
-from netdae.material import Material
-from netdae.metrics import COLUMNS, DeploymentMetrics
-from netdae.mouth import corners_of, loop_of, mouth_of, vector_area
-from netdae.net import CableNet
-from netdae.run_summary import net_figures
-from netdae.state import Books, State
-from netdae.system import System
-from netdae.tether import Chaser, Tether
-from netdae.tethered import with_tether
+from netdae.core.errors import InputError
+from netdae.model.material import Material
+from netdae.model.mouth import corners_of, loop_of, mouth_of, vector_area
+from netdae.model.net import CableNet
+from netdae.model.state import EnergyBalance, State
+from netdae.model.tether import Chaser, Tether
+from netdae.output.histories import HISTORY, figures_of, time_below, time_quantile
+from netdae.output.metrics import COLUMNS, DeploymentMetrics
+from netdae.runs.summary import net_figures
+from netdae.system.closing import Haul, Winch
+from netdae.system.closing_assembly import with_closings
+from netdae.system.damping import Dashpot
+from netdae.system.measurements import Cordage
+from netdae.system.system import System
+from netdae.system.tether_assembly import with_tether
 
 CORD = Material(youngs_modulus=70e9, density=1390.0, diameter=1e-3)
 
@@ -225,8 +225,8 @@ def test_the_rows_of_a_rigidly_flying_net_follow_from_its_motion() -> None:
         arms = net.nodes @ R.T
         centre = start + velocity * t
         v = velocity + np.cross(spin, arms)
-        books = Books(dissipated_energy=0.3 * t, external_work=0.1 * t, peak_tension=17.0 * t)
-        metrics(State(t, centre + arms, v, np.zeros_like(v), books))
+        balance = EnergyBalance(dissipated_energy=0.3 * t, external_work=0.1 * t, peak_tension=17.0 * t)
+        metrics(State(t, centre + arms, v, np.zeros_like(v), balance))
         row = dict(zip(COLUMNS, metrics.rows[-1], strict=True))
         mass = system.mass.sum()
         inertia = np.einsum(
@@ -245,8 +245,8 @@ def test_the_rows_of_a_rigidly_flying_net_follow_from_its_motion() -> None:
         assert row["kinetic_energy"] == pytest.approx(kinetic, **near)
         # strains of 1e-16 by round-off store EA L E11² / 2 = 1e-27 J each
         assert row["elastic_energy"] == pytest.approx(0.0, abs=1e-20)
-        assert row["dissipated_energy"] == books.dissipated_energy
-        assert row["external_work"] == books.external_work
+        assert row["dissipated_energy"] == balance.dissipated_energy
+        assert row["external_work"] == balance.external_work
         assert row["energy_residual"] == pytest.approx(0.2 * t, **near)
         assert [row[f"momentum_{c}"] for c in "xyz"] == pytest.approx(mass * velocity, **near)
         assert [row[f"angular_momentum_{c}"] for c in "xyz"] == pytest.approx(angular, **near)
@@ -261,10 +261,13 @@ def test_distance_is_straight_for_a_start_without_momentum_and_taut_cables_are_c
     v -= (system_of(net).mass @ v) / system_of(net).mass.sum()
     for t, shift in ((0.0, 0.0), (1.0, 5.0)):
         x = 1.01 * net.nodes * [1, 1 / 1.01, 1] + shift * np.array([0.6, 0, 0.8])
-        metrics(State(t, x, v, v, Books(peak_tension=3.0)))
+        metrics(State(t, x, v, v, EnergyBalance(peak_tension=3.0)))
     table = metrics.table()
     assert table["distance"] == pytest.approx([0.0, 5.0], abs=1e-12)
-    assert table["max_tension"].tolist() == [3.0, 3.0]  # of the books: a frame between steps is interpolated
+    assert table["max_tension"].tolist() == [
+        3.0,
+        3.0,
+    ]  # of the balance: a frame between steps is interpolated
     assert table["taut_fraction"][0] == 0.5  # the cables along x
 
 
@@ -402,7 +405,7 @@ def test_energy_warnings_come_just_over_their_limits() -> None:
     )
     assert len(lossy["warnings"]) == 1
     assert "energy residual reaches -2 %" in lossy["warnings"][0]
-    # work explains a rise; without it in the books the rise is the integrator's
+    # work explains a rise; without it in the balance the rise is the integrator's
     work = np.array([0.0, 0.1, 0.2, 0.3, 0.4])
     for booked, rise in ((work, 0.0), (0 * work, 0.4 / 100.4)):
         figures = figures_of(history(time=times, kinetic_energy=100 + work, external_work=booked))
@@ -443,7 +446,7 @@ def test_the_toe_share_is_measured_in_taut_time_and_warned_of_over_half() -> Non
 
 
 def test_the_toe_of_the_engineering_law_ends_at_its_own_strain() -> None:
-    """ε is told in λ − 1, which is less than E11: at λ = 1.099 a cable with ε = 0.1 is in its toe still."""
+    """ε is reported in λ − 1, which is less than E11: at λ = 1.099 a cable with ε = 0.1 is in its toe still."""
     net = CableNet.square(side=1.0, cells=1)
     metrics = begun(system_of(net, replace(CORD, toe_strain=0.1, law="engineering")))
     for t, stretch in ((0.0, 1.0), (1.0, 1.099)):
@@ -477,7 +480,13 @@ def test_frames_change_no_figure_of_the_summary() -> None:
     system = system_of(net, replace(CORD, toe_strain=1e-4, strength=500.0))
     rng = np.random.default_rng(6)
     states = [
-        State(t, net.nodes * rng.uniform(0.9, 1.01), rng.normal(size=(16, 3)), net.nodes, Books(t, 0.1 * t))
+        State(
+            t,
+            net.nodes * rng.uniform(0.9, 1.01),
+            rng.normal(size=(16, 3)),
+            net.nodes,
+            EnergyBalance(t, 0.1 * t),
+        )
         for t in np.cumsum(rng.uniform(0, 1, 40))
     ]
     summaries = []
@@ -596,16 +605,19 @@ def test_the_summary_of_a_tether_is_of_all_steps_and_its_end() -> None:
     tension = [system.tension(state.x)[chain].max() for state in states]
     assert tension[1] > tension[2] > 0 == tension[0] == tension[3]
     assert system.peak_tension(states[3].x) > tension[1]
-    told = metrics.tether_summary(states[-1])
-    assert [told[name] for name in ("paid_out", "length", "final_distance")] == pytest.approx(
+    reported = metrics.tether_summary(states[-1])
+    assert [reported[name] for name in ("paid_out", "length", "final_distance")] == pytest.approx(
         [0.6, 3.8, metrics.row_of(states[-1])[COLUMNS.index("chaser_distance")]], rel=1e-14
     )
-    assert told["mass_left"] == pytest.approx(tether.mass_left(0.6), rel=1e-14)
+    assert reported["mass_left"] == pytest.approx(tether.mass_left(0.6), rel=1e-14)
     near = {"rel": 1e-12}  # sums of squares in another order
-    assert (told["peak_tension"], told["peak_tension_time"]) == (pytest.approx(tension[1], **near), 0.4)
-    assert told["peak_tension_over_strength"] == pytest.approx(tension[1] / 300.0, **near)
+    assert (reported["peak_tension"], reported["peak_tension_time"]) == (
+        pytest.approx(tension[1], **near),
+        0.4,
+    )
+    assert reported["peak_tension_over_strength"] == pytest.approx(tension[1] / 300.0, **near)
     quantile = time_quantile(np.array([0.0, 0.4, 0.5, 1.0]), np.array(tension), 0.999)
-    assert told["tension_over_strength"] == pytest.approx(quantile / 300.0, **near)
+    assert reported["tension_over_strength"] == pytest.approx(quantile / 300.0, **near)
 
 
 def test_a_locked_tether_has_no_length_paid_out_and_a_net_alone_no_tether() -> None:
@@ -630,19 +642,19 @@ def test_a_locked_tether_has_no_length_paid_out_and_a_net_alone_no_tether() -> N
 
 def test_the_masses_of_net_tether_and_chaser_are_what_one_weighs_and_add_up() -> None:
     system, *_ = tethered()
-    told = net_figures(system)
+    reported = net_figures(system)
     cord = 1390.0 * np.pi / 4 * 1e-6 * 24.0 / 2  # 12 cables of 1 m
     near = {"rel": 1e-12}  # 50 kg less the gram of a cable's half
-    assert told["cable_mass"] == pytest.approx(cord, **near)
-    assert told["mass"] == pytest.approx(cord + 4 * 0.5, **near)
-    assert told["tether_mass"] == pytest.approx(1000.0 * np.pi * 1e-6 * (3.2 + 4 * 2.0), **near)
-    assert told["chaser_mass"] == pytest.approx(50.0, **near)
-    total = told["mass"] + told["tether_mass"] + told["chaser_mass"]
+    assert reported["cable_mass"] == pytest.approx(cord, **near)
+    assert reported["mass"] == pytest.approx(cord + 4 * 0.5, **near)
+    assert reported["tether_mass"] == pytest.approx(1000.0 * np.pi * 1e-6 * (3.2 + 4 * 2.0), **near)
+    assert reported["chaser_mass"] == pytest.approx(50.0, **near)
+    total = reported["mass"] + reported["tether_mass"] + reported["chaser_mass"]
     assert total == pytest.approx(system.spatial_mass.sum(), **near)
     alone = net_figures(system_of(CableNet.square(side=2.0, cells=2)))
     assert alone.keys() == {"nodes", "cables", "mass", "cable_mass"}
     for name in ("mass", "cable_mass"):
-        assert alone[name] == pytest.approx(told[name], **near)
+        assert alone[name] == pytest.approx(reported[name], **near)
 
 
 def test_closing_cords_tell_what_is_left_of_them_and_how_they_pull() -> None:

@@ -9,26 +9,26 @@ import numpy as np
 import pytest
 from conftest import SOFT, line, random_net, random_velocities, reference_flight
 
-from netdae import integration
-from netdae.damping import Dashpot, NoDamping, Rayleigh
-from netdae.errors import RunError
-from netdae.flight import simulate
+from netdae.core.errors import RunError
+from netdae.forces.force import Account, LinkedTangent
 from netdae.forces.loads import Gravity, NodalLoad
-from netdae.forces.protocol import Account, LinkedTangent
-from netdae.ida import memory as ida_memory
-from netdae.ida import native as native_ida
-from netdae.ida import sundials
-from netdae.ida import trial as ida_trial
-from netdae.ida.native import NativeIda, ida_stepper
-from netdae.ida.stepper import IdaSolver
-from netdae.integration import integrate
-from netdae.material import Material
-from netdae.motions import Steady
-from netdae.options import SolverOptions
-from netdae.restraints import Restraint
-from netdae.signals import Pulse, Table
-from netdae.state import State
-from netdae.system import System
+from netdae.model.material import Material
+from netdae.model.motions import Steady
+from netdae.model.restraints import Restraint
+from netdae.model.signals import Pulse, Table
+from netdae.model.state import State
+from netdae.solvers import driver as integration
+from netdae.solvers.driver import integrate
+from netdae.solvers.flight import simulate
+from netdae.solvers.ida import memory as ida_memory
+from netdae.solvers.ida import native as native_ida
+from netdae.solvers.ida import sundials
+from netdae.solvers.ida import trial as ida_trial
+from netdae.solvers.ida.native import NativeIda, ida_stepper
+from netdae.solvers.ida.stepper import IdaSolver
+from netdae.solvers.options import SolverOptions
+from netdae.system.damping import Dashpot, NoDamping, Rayleigh
+from netdae.system.system import System
 
 TOE = Material(youngs_modulus=1e7, density=1000.0, diameter=2e-3, toe_strain=0.02)
 SPRING = Material(youngs_modulus=1e7, density=1000.0, diameter=2e-3, law="engineering", toe_strain=0.01)
@@ -68,7 +68,10 @@ def made(name):
 
 
 def driven_by(monkeypatch, driver):
-    where = {"compiled": ("netdae.ida.native", "ida_stepper"), "python": ("netdae.ida.stepper", "IdaSolver")}
+    where = {
+        "compiled": ("netdae.solvers.ida.native", "ida_stepper"),
+        "python": ("netdae.solvers.ida.stepper", "IdaSolver"),
+    }
     monkeypatch.setitem(integration._STEPPERS, "ida", where[driver])
 
 
@@ -102,9 +105,9 @@ def test_it_flies_as_the_driver_from_python(name, monkeypatch):
         np.testing.assert_allclose(one.x, other.x, rtol=0, atol=1e-7)
         np.testing.assert_allclose(one.v, other.v, rtol=0, atol=1e-5)
         for field in ("dissipated_energy", "external_work", "external_impulse", "external_angular_impulse"):
-            of_one, of_other = (np.array(getattr(state.books, field)) for state in (one, other))
+            of_one, of_other = (np.array(getattr(state.balance, field)) for state in (one, other))
             np.testing.assert_allclose(of_one, of_other, rtol=0, atol=1e-6, err_msg=field)
-    # both tell the largest tension at their internal steps, which are not the same
+    # both report the largest tension at their internal steps, which are not the same
     peaks = [flight.peak_tension.max() for flight in flights]
     assert peaks[0] == pytest.approx(peaks[1], rel=1e-3)
 
@@ -129,7 +132,7 @@ def test_with_ida_s_own_settings_it_makes_the_same_steps(name, monkeypatch):
 
 @pytest.mark.parametrize("name", KNOWN)
 def test_its_books_are_those_of_the_ledger(name, monkeypatch, compiled):
-    """Frames and steps with the shares that it tells, and without, so that the ledger integrates itself."""
+    """Frames and steps with the shares that it reports, and without, so that the running balance integrates itself."""
     system, start = made(name)
     times = np.linspace(0.0, 0.05, 40)
     monkeypatch.setattr(native_ida, "CHUNK", 1)
@@ -141,15 +144,19 @@ def test_its_books_are_those_of_the_ledger(name, monkeypatch, compiled):
     for one, other in zip(*flights, strict=True):
         np.testing.assert_array_equal(one.x, other.x)
         # the same sums in another order
-        assert one.books.dissipated_energy == pytest.approx(
-            other.books.dissipated_energy, rel=1e-10, abs=1e-12
+        assert one.balance.dissipated_energy == pytest.approx(
+            other.balance.dissipated_energy, rel=1e-10, abs=1e-12
         )
-        assert one.books.external_work == pytest.approx(other.books.external_work, rel=1e-10, abs=1e-12)
+        assert one.balance.external_work == pytest.approx(other.balance.external_work, rel=1e-10, abs=1e-12)
         for field in ("external_impulse", "external_angular_impulse"):
             np.testing.assert_allclose(
-                getattr(one.books, field), getattr(other.books, field), rtol=1e-10, atol=1e-12, err_msg=field
+                getattr(one.balance, field),
+                getattr(other.balance, field),
+                rtol=1e-10,
+                atol=1e-12,
+                err_msg=field,
             )
-        assert one.books.peak_tension == pytest.approx(other.books.peak_tension, rel=1e-12)
+        assert one.balance.peak_tension == pytest.approx(other.balance.peak_tension, rel=1e-12)
 
 
 @pytest.mark.parametrize("name", ["towed", "pulse"])
@@ -177,7 +184,7 @@ def test_a_flight_is_repeated_bit_for_bit(compiled):
     np.testing.assert_array_equal(one.dissipated_energy, other.dissipated_energy)
 
 
-def test_every_step_is_told_where_it_is_asked_for():
+def test_every_step_is_reported_where_it_is_asked_for():
     system, start = reference_flight(4)
     solver = entered(system, start)
     solver.every_step = True
@@ -197,7 +204,7 @@ def test_max_step_bounds_the_steps():
 def test_a_chunk_ends_in_time_and_tells_the_largest_tension():
     """The first step of a chunk may be longer than its span; those around a new largest tension are told too."""
     system, start = reference_flight(6)
-    told = []
+    reported = []
     for chunk in (1, 64):
         solver = entered(system, start)
         solver.every_step = chunk == 1
@@ -210,9 +217,9 @@ def test_a_chunk_ends_in_time_and_tells_the_largest_tension():
                 inner = solver._record.chunk.times[: solver._row + 1]
                 assert inner[-2] - inner[0] < native_ida.SPAN
             seen += [(step.t, system.peak_tension(step.y[0])) for step in steps]
-        told.append((len(seen), max(seen, key=lambda row: row[1])))
-    assert told[0][1] == told[1][1]
-    assert told[1][0] < 0.3 * told[0][0]
+        reported.append((len(seen), max(seen, key=lambda row: row[1])))
+    assert reported[0][1] == reported[1][1]
+    assert reported[1][0] < 0.3 * reported[0][0]
 
 
 @pytest.mark.parametrize("accuracy", ["fast", "standard", "accurate"])
@@ -304,7 +311,7 @@ def test_both_drivers_find_the_flight_of_the_trial(driver):
 
 
 class Shifted(NativeIda):
-    """It tells velocities that are wrong by a little."""
+    """It reports velocities that are wrong by a little."""
 
     wrong = 2 * ida_trial.AGREES
 
@@ -431,11 +438,11 @@ def test_a_matrix_that_leads_astray_is_counted_and_ends_in_words(capfd):
     ):
         flown += solver.step(1.0)
     assert solver.counts["newton_failures"] > 5
-    assert flown[-1].t == solver._t  # the steps before the failure were told
+    assert flown[-1].t == solver._t  # the steps before the failure were reported
     assert capfd.readouterr() == ("", "")
 
 
-def test_a_net_that_nothing_holds_is_told():
+def test_a_net_that_nothing_holds_is_reported():
     """A knot without mass in a flat net, whose Rayleigh damping holds it in the plane only."""
     system, start = reference_flight(2, damping=Rayleigh(beta=1e-4))
     solver = entered(system, start)
@@ -447,7 +454,7 @@ def test_a_net_that_nothing_holds_is_told():
 def test_two_hundred_flights_leave_no_memory_behind(compiled):
     """One of 11 × 11 knots has a megabyte of its own."""
     if not Path("/proc/self/statm").exists():
-        pytest.skip("the size of the process is not told here")
+        pytest.skip("the size of the process is not reported here")
     system, start = reference_flight(10)
 
     def size():

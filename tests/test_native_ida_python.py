@@ -5,22 +5,22 @@ import pytest
 from conftest import SOFT, random_net, random_velocities
 from test_native_ida_reels import _rates, _residual, _setup, _solve, driven_by
 
-from netdae.damping import Dashpot, Rayleigh
-from netdae.flight import simulate
 from netdae.forces.air import AirDrag
+from netdae.forces.force import Account, Tangent
 from netdae.forces.loads import Gravity, NodalLoad
 from netdae.forces.orbit import Orbit
-from netdae.forces.protocol import Account, Tangent
 from netdae.forces.solar import SolarPressure
-from netdae.ida.kernel import RATES
-from netdae.ida.native import NativeIda, ida_stepper
-from netdae.linear_solver import CondensedSolver
-from netdae.motions import FunctionMotion, TableMotion
-from netdae.options import SolverOptions
-from netdae.restraints import Restraint
-from netdae.signals import Table
-from netdae.state import State
-from netdae.system import System
+from netdae.model.motions import FunctionMotion, TableMotion
+from netdae.model.restraints import Restraint
+from netdae.model.signals import Table
+from netdae.model.state import State
+from netdae.solvers.flight import simulate
+from netdae.solvers.ida.kernel import RATES
+from netdae.solvers.ida.native import NativeIda, ida_stepper
+from netdae.solvers.linalg.condensed import CondensedSolver
+from netdae.solvers.options import SolverOptions
+from netdae.system.damping import Dashpot, Rayleigh
+from netdae.system.system import System
 
 TIGHT = SolverOptions(rtol=1e-10, atol_position=1e-11, atol_velocity=1e-9)
 PAIRS = np.array([[2, 5], [9, 0], [11, 2]])
@@ -28,7 +28,7 @@ STIFF, VISCOUS = 400.0, 2.0
 
 
 class Struts:
-    """Springs with dampers that push too, from outside where told, on pairs that no cable need join."""
+    """Springs with dampers that push too, from outside where reported, on pairs that no cable need join."""
 
     nodes, jumps, kinks = PAIRS, (), ()
 
@@ -139,10 +139,10 @@ def test_residual_rates_and_matrix_are_those_of_the_forces(name):
         ours.setup(system.during(0.0, 1.0), t, x, v, cj)
         r = rng.standard_normal(y.shape)
         r[:, ~free] = 0.0
-        z, told = np.empty(size), np.empty(y.shape)
+        z, reported = np.empty(size), np.empty(y.shape)
         _solve(address, r.ravel(), cj, 1.2 * cj, z)
-        ours.solve(r[0], r[1], 1.2 * cj, told[0], told[1])
-        for part, whole in zip(z.reshape(y.shape), told, strict=True):
+        ours.solve(r[0], r[1], 1.2 * cj, reported[0], reported[1])
+        for part, whole in zip(z.reshape(y.shape), reported, strict=True):
             np.testing.assert_allclose(part, whole, rtol=1e-8, atol=1e-9 * np.abs(whole).max())
 
 
@@ -158,7 +158,7 @@ def test_it_flies_as_the_driver_from_python(name, monkeypatch):
         np.testing.assert_allclose(one.x, other.x, rtol=0, atol=1e-7)
         np.testing.assert_allclose(one.v, other.v, rtol=0, atol=1e-5)
         for field in ("dissipated_energy", "external_work", "external_impulse", "external_angular_impulse"):
-            of_one, of_other = (np.array(getattr(state.books, field)) for state in (one, other))
+            of_one, of_other = (np.array(getattr(state.balance, field)) for state in (one, other))
             np.testing.assert_allclose(of_one, of_other, rtol=1e-5, atol=5e-6, err_msg=field)
     ours, theirs = (flight.statistics for flight in flights)
     # restrained axes and tangents are where they belong: without either there are twice as many and more
@@ -195,7 +195,7 @@ def test_what_a_motion_raises_arrives_as_it_was_raised(monkeypatch):
         masses={"few": 0.2},
         restraints=[Restraint("one", motion=motion)],
     )
-    monkeypatch.setattr("netdae.restraints.check_derivatives", lambda *told: None)
+    monkeypatch.setattr("netdae.model.restraints.check_derivatives", lambda *reported: None)
     with pytest.raises(ArithmeticError, match="no further"):
         simulate(system, start_of(system), [0.0, 0.1])
 

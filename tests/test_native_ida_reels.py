@@ -8,10 +8,7 @@ from conftest import SOFT, random_net, random_velocities
 from numba import njit
 from numpy.random import default_rng
 
-from netdae import integration
-from netdae.damping import Dashpot, NoDamping, Rayleigh
-from netdae.errors import RunError
-from netdae.flight import simulate
+from netdae.core.errors import RunError
 from netdae.forces.air import AirDrag
 from netdae.forces.drag import BodyDrag
 from netdae.forces.elements import ElementForce
@@ -21,23 +18,26 @@ from netdae.forces.motor import MOTOR, Motor
 from netdae.forces.orbit import Orbit
 from netdae.forces.rings import Rings
 from netdae.forces.solar import SolarPressure
-from netdae.ida import dyads as ida_dyads
-from netdae.ida import memory as ida_memory
-from netdae.ida import native as native_ida
-from netdae.ida.kernel import RATES, rates, residual
-from netdae.ida.layout import dyads_of, ldl_of, matrix_of, net_of, record_at
-from netdae.ida.native import NativeIda, ida_stepper
-from netdae.ida.newton import assemble, factor, solve
-from netdae.linear_solver import CondensedSolver
-from netdae.material import Material
-from netdae.motions import Steady
-from netdae.net import CableNet
-from netdae.options import SolverOptions
-from netdae.reels import Reel
-from netdae.restraints import Restraint
-from netdae.signals import Table
-from netdae.state import State
-from netdae.system import System
+from netdae.model.material import Material
+from netdae.model.motions import Steady
+from netdae.model.net import CableNet
+from netdae.model.restraints import Restraint
+from netdae.model.signals import Table
+from netdae.model.state import State
+from netdae.solvers import driver as integration
+from netdae.solvers.flight import simulate
+from netdae.solvers.ida import dyads as ida_dyads
+from netdae.solvers.ida import memory as ida_memory
+from netdae.solvers.ida import native as native_ida
+from netdae.solvers.ida.kernel import RATES, rates, residual
+from netdae.solvers.ida.layout import dyads_of, ldl_of, matrix_of, net_of, record_at
+from netdae.solvers.ida.native import NativeIda, ida_stepper
+from netdae.solvers.ida.newton import assemble, factor, solve
+from netdae.solvers.linalg.condensed import CondensedSolver
+from netdae.solvers.options import SolverOptions
+from netdae.system.damping import Dashpot, NoDamping, Rayleigh
+from netdae.system.reels import Reel
+from netdae.system.system import System
 
 TOE = Material(youngs_modulus=1e7, density=1000.0, diameter=2e-3, toe_strain=0.02)
 SPRING = Material(youngs_modulus=1e7, density=1000.0, diameter=2e-3, law="engineering", toe_strain=0.01)
@@ -243,16 +243,19 @@ def test_the_newton_matrix_is_that_of_the_condensed_solver(name, slack, cj):
         for now in (cj, 1.2 * cj):
             r = rng.standard_normal(y.shape)
             r[:, held] = 0.0
-            z, told = np.empty(size), np.empty(y.shape)
+            z, reported = np.empty(size), np.empty(y.shape)
             _solve(solver._record.address, r.ravel(), cj, now, z)
-            ours.solve(r[0], r[1], now, told[0], told[1])
+            ours.solve(r[0], r[1], now, reported[0], reported[1])
             # another order of elimination: K's condition number is up to 1e6
-            for part, expected in zip(z.reshape(y.shape), told, strict=True):
+            for part, expected in zip(z.reshape(y.shape), reported, strict=True):
                 np.testing.assert_allclose(part, expected, rtol=1e-8, atol=1e-9 * np.abs(expected).max())
 
 
 def driven_by(monkeypatch, driver):
-    where = {"compiled": ("netdae.ida.native", "ida_stepper"), "python": ("netdae.ida.stepper", "IdaSolver")}
+    where = {
+        "compiled": ("netdae.solvers.ida.native", "ida_stepper"),
+        "python": ("netdae.solvers.ida.stepper", "IdaSolver"),
+    }
     monkeypatch.setitem(integration._STEPPERS, "ida", where[driver])
 
 
@@ -278,7 +281,7 @@ def test_it_flies_as_the_driver_from_python(name, monkeypatch):
         np.testing.assert_allclose(one.x, other.x, rtol=0, atol=1e-7)
         np.testing.assert_allclose(one.v, other.v, rtol=0, atol=1e-5)
         for field in ("dissipated_energy", "external_work", "external_impulse", "external_angular_impulse"):
-            of_one, of_other = (np.array(getattr(state.books, field)) for state in (one, other))
+            of_one, of_other = (np.array(getattr(state.balance, field)) for state in (one, other))
             np.testing.assert_allclose(of_one, of_other, rtol=0, atol=2e-6, err_msg=field)
     moved = np.abs(flights[0][-1].x[DRUMS, 0] - system.net.nodes[DRUMS, 0])
     assert (moved > 1e-4).sum() >= 2
@@ -305,7 +308,7 @@ def test_with_ida_s_own_settings_it_makes_the_same_steps(name, monkeypatch):
 
 @pytest.mark.parametrize("name", KNOWN)
 def test_its_books_are_those_of_the_ledger(name, monkeypatch):
-    """Frames and steps with the shares that it tells, and without, so that the ledger integrates itself."""
+    """Frames and steps with the shares that it reports, and without, so that the running balance integrates itself."""
     driven_by(monkeypatch, "compiled")
     system, times = KNOWN[name](), np.linspace(0.0, 0.02, 20)
     monkeypatch.setattr(native_ida, "CHUNK", 1)
@@ -317,10 +320,10 @@ def test_its_books_are_those_of_the_ledger(name, monkeypatch):
     for one, other in zip(*flights, strict=True):
         np.testing.assert_array_equal(one.x, other.x)
         for field in ("dissipated_energy", "external_work", "external_impulse", "external_angular_impulse"):
-            of_one, of_other = (np.array(getattr(state.books, field)) for state in (one, other))
+            of_one, of_other = (np.array(getattr(state.balance, field)) for state in (one, other))
             # the same sums in another order
             np.testing.assert_allclose(of_one, of_other, rtol=1e-9, atol=1e-11, err_msg=field)
-        assert one.books.peak_tension == pytest.approx(other.books.peak_tension, rel=1e-12)
+        assert one.balance.peak_tension == pytest.approx(other.balance.peak_tension, rel=1e-12)
 
 
 def pulled(rings, **more):
@@ -349,17 +352,17 @@ def pulled(rings, **more):
 
 
 @pytest.mark.parametrize("rings", [None, Rings(size=1e-3)], ids=["cable", "cord"])
-def test_a_cord_that_is_wound_in_whole_is_told_in_the_same_words(rings, monkeypatch):
-    told = []
+def test_a_cord_that_is_wound_in_whole_is_reported_in_the_same_words(rings, monkeypatch):
+    reported = []
     for driver in ("compiled", "python"):
         driven_by(monkeypatch, driver)
         system, start = pulled(rings)
         system._net_forces = type(system._net_forces).of(system.forces, system.in_space)
         with pytest.raises(RunError, match=r"wound in by the reel at node 3: stop the reel before") as caught:
             simulate(system, start, [0.0, 1.0])
-        told.append(str(caught.value))
+        reported.append(str(caught.value))
     # up to its time and length, which lie in the step that each driver made
-    words = [re.sub(r"(t =|length) \S+", "", text) for text in told]
+    words = [re.sub(r"(t =|length) \S+", "", text) for text in reported]
     assert words[0] == words[1]
 
 
@@ -383,7 +386,7 @@ def test_a_reel_is_held_let_go_and_held_again(monkeypatch):
 @pytest.mark.parametrize(
     ("damping", "slack"), [(NoDamping(), 2.0), (Rayleigh(alpha=2.0), 2.0), (NoDamping(), 1.0)]
 )
-def test_cords_that_nothing_holds_are_told(damping, slack):
+def test_cords_that_nothing_holds_are_reported(damping, slack):
     """A drum without inertia: its row of the whole matrix is zero on a slack cord, a taut one has dyads alone there."""
     system = wound(SOFT, damping, rings=SMOOTH, loads=[ORBIT], slack=slack)
     solver = compiled_of(system, system.net.nodes)
@@ -396,14 +399,14 @@ def test_cords_that_nothing_holds_are_told(damping, slack):
 
 
 @pytest.mark.parametrize("r", [1, 2, 7])
-def test_small_dense_systems_are_solved_and_singular_ones_told(r):
+def test_small_dense_systems_are_solved_and_singular_ones_reported(r):
     rng, swaps = default_rng(r), np.zeros(9, dtype=np.int64)
     W, b = np.zeros((9, 9)), np.zeros(9)
     W[:r, :r], b[:r] = rng.standard_normal((r, r)), rng.standard_normal(r)
     W[0, 0] *= 1e-9  # asks for pivots
-    told = np.linalg.solve(W[:r, :r], b[:r])
+    reported = np.linalg.solve(W[:r, :r], b[:r])
     assert ida_dyads._factor(W, swaps, r)
     ida_dyads._substitute(W, swaps, b, r)
-    np.testing.assert_allclose(b[:r], told, rtol=1e-10)
+    np.testing.assert_allclose(b[:r], reported, rtol=1e-10)
     assert not b[r:].any()
     assert not ida_dyads._factor(np.zeros((9, 9)), swaps, r)

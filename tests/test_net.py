@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from netdae.errors import InputError
-from netdae.net import CableNet
+from netdae.core.errors import InputError
+from netdae.model.net import CableNet
 
 NODES, CABLES = [[0, 0, 0], [1.0, 0, 0], [1.0, 2.0, 0], [0, 2.0, 0.5]], [[0, 1], [2, 1], [2, 3]]
 
@@ -12,7 +12,7 @@ NODES, CABLES = [[0, 0, 0], [1.0, 0, 0], [1.0, 2.0, 0], [0, 2.0, 0.5]], [[0, 1],
 @pytest.mark.parametrize(
     "members", [[3, 1, 1], (1, 3), np.array([3, 1], dtype=np.uint8), [False, True, False, True]]
 )
-def test_a_group_is_told_by_indices_or_by_a_mask(members):
+def test_a_group_is_reported_by_indices_or_by_a_mask(members):
     net = CableNet(NODES, CABLES, {"some": members}, {"some": np.arange(3) < 2})
     np.testing.assert_array_equal(net.nodes_of("some"), [1, 3])
     np.testing.assert_array_equal(net.cables_of("some"), [0, 1])

@@ -15,17 +15,17 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from netdae.checkpoint import Checkpoint, read_checkpoint
-from netdae.damping import Dashpot
-from netdae.errors import InputError, RunError
-from netdae.flight import simulate
-from netdae.material import Material
-from netdae.metrics import COLUMNS, DeploymentMetrics
-from netdae.net import CableNet
-from netdae.observers import MetricsCsv, Progress
-from netdae.recorder import Recorder
-from netdae.state import Books, State, Trajectory
-from netdae.system import System
+from netdae.core.errors import InputError, RunError
+from netdae.model.material import Material
+from netdae.model.net import CableNet
+from netdae.model.state import EnergyBalance, State, Trajectory
+from netdae.output.checkpoint import Checkpoint, read_checkpoint
+from netdae.output.metrics import COLUMNS, DeploymentMetrics
+from netdae.output.observers import MetricsCsv, Progress
+from netdae.output.trajectory import Recorder
+from netdae.solvers.flight import simulate
+from netdae.system.damping import Dashpot
+from netdae.system.system import System
 
 SYSTEM = System(
     CableNet.square(side=5.0, cells=4),
@@ -38,7 +38,7 @@ def state_at(t: float, seed: int = 0) -> State:
     rng = np.random.default_rng(seed)
     x, v, a = rng.normal(size=(3, 25, 3))
     return State(
-        t, x, v, a, Books(*rng.uniform(size=2).tolist(), tuple(rng.normal(size=3).tolist()), 40.0 * t)
+        t, x, v, a, EnergyBalance(*rng.uniform(size=2).tolist(), tuple(rng.normal(size=3).tolist()), 40.0 * t)
     )
 
 
@@ -108,7 +108,7 @@ def test_kept_frames_outlive_a_kill_and_go_on(tmp_path: Path) -> None:
     for k in range(5):
         killed(state_at(0.1 * k, seed=k))  # and no end
     assert not path.exists()
-    for count, last in ((3, 0.9), (4, 1.0)):  # from the journal, then from the file
+    for count, last in ((3, 0.9), (4, 1.0)):  # from the log, then from the file
         again = Recorder(path)
         again.resume(SYSTEM, {"frames": count})
         again(state_at(last, seed=9))
@@ -118,7 +118,7 @@ def test_kept_frames_outlive_a_kill_and_go_on(tmp_path: Path) -> None:
     np.testing.assert_array_equal(read.times, [0.0, 0.1, 0.2, 0.9, 1.0])
     for frame, seed in ((2, 2), (3, 9)):
         assert np.array_equal(read[frame].v, state_at(read.times[frame], seed=seed).v)
-        assert read[frame].books == state_at(read.times[frame], seed=seed).books
+        assert read[frame].balance == state_at(read.times[frame], seed=seed).balance
     with pytest.raises(InputError, match="holds 5 rows, expected 6 at least"):
         Recorder(path).resume(SYSTEM, {"frames": 6})
 
@@ -127,14 +127,14 @@ def test_a_summary_goes_on_from_the_internal_step_that_the_flight_does(tmp_path:
     states = [state_at(0.1 * k, seed=k) for k in range(8)]
     whole = DeploymentMetrics()
     whole.begin(SYSTEM)
-    killed = DeploymentMetrics(journal=tmp_path / "steps.journal")
+    killed = DeploymentMetrics(log=tmp_path / "steps.log")
     killed.begin(SYSTEM)
     for state in states:
         whole.watch(state)
     for state in states[:6]:
         killed.watch(state)
     killed(states[5])
-    again = killed.kept_in(tmp_path / "steps.journal")
+    again = killed.kept_in(tmp_path / "steps.log")
     again.resume(SYSTEM, {"shown": np.array(4), **killed.memory()})
     for state in states[4:]:
         again.watch(state)
@@ -142,8 +142,8 @@ def test_a_summary_goes_on_from_the_internal_step_that_the_flight_does(tmp_path:
     np.testing.assert_array_equal(again.history, whole.history)
     np.testing.assert_array_equal(again.row_of(states[7]), whole.row_of(states[7]))
     again.end()
-    with pytest.raises(InputError, match=r"steps\.journal holds 8 rows, expected 9 at least"):
-        killed.kept_in(tmp_path / "steps.journal").resume(SYSTEM, {"shown": np.array(9), **killed.memory()})
+    with pytest.raises(InputError, match=r"steps\.log holds 8 rows, expected 9 at least"):
+        killed.kept_in(tmp_path / "steps.log").resume(SYSTEM, {"shown": np.array(9), **killed.memory()})
 
 
 def test_a_checkpoint_gives_the_last_state_back_to_the_last_digit(tmp_path: Path) -> None:
@@ -153,7 +153,7 @@ def test_a_checkpoint_gives_the_last_state_back_to_the_last_digit(tmp_path: Path
         state = state_at(t, seed=3)
         checkpoint(state)
         read = read_checkpoint(checkpoint.path)
-        assert (read.t, read.books) == (state.t, state.books)
+        assert (read.t, read.balance) == (state.t, state.balance)
         for name in "xva":
             assert np.array_equal(getattr(read, name), getattr(state, name))
     assert [file.name for file in checkpoint.path.parent.iterdir()] == ["checkpoint.npz"]
@@ -206,7 +206,7 @@ def test_a_run_that_failed_leaves_its_frames_behind(tmp_path: Path) -> None:
     read = Trajectory.load(recorder.path)
     assert np.array_equal(read.times, [0.0, 0.5])
     assert np.array_equal(read[1].x, state_at(0.5, seed=2).x)
-    assert read[1].books == state_at(0.5, seed=2).books
+    assert read[1].balance == state_at(0.5, seed=2).balance
 
 
 def fly(progress: Progress, times: np.ndarray) -> None:
@@ -241,7 +241,7 @@ def test_the_bar_is_taken_down_when_a_run_fails_early() -> None:
 
 def test_progress_of_a_flight_that_goes_on_is_of_what_is_left(caplog: pytest.LogCaptureFixture) -> None:
     progress = Progress(3.0, console=Console(file=io.StringIO()))
-    with caplog.at_level(logging.INFO, logger="netdae.observers"):
+    with caplog.at_level(logging.INFO, logger="netdae.output.observers"):
         progress.resume(SYSTEM, {"t": np.array(2.0)})
         for t in np.linspace(2.1, 3.0, 10):
             progress.watch(State(float(t), *np.zeros((3, 1, 3))))
@@ -253,7 +253,7 @@ def test_elsewhere_progress_is_ten_log_lines_and_nothing_is_printed(
     caplog: pytest.LogCaptureFixture, capfd: pytest.CaptureFixture[str]
 ) -> None:
     progress = Progress(3.0, console=Console(file=io.StringIO()), title="net")
-    with caplog.at_level(logging.INFO, logger="netdae.observers"):
+    with caplog.at_level(logging.INFO, logger="netdae.output.observers"):
         fly(progress, np.linspace(1, 3, 1001))
     lines = [record.getMessage() for record in caplog.records]
     assert len(lines) == 10
@@ -263,7 +263,7 @@ def test_elsewhere_progress_is_ten_log_lines_and_nothing_is_printed(
 
 
 def test_rich_is_imported_only_by_a_bar() -> None:
-    code = "import sys, netdae.observers as o; o.Progress(1.0); assert 'rich' not in sys.modules"
+    code = "import sys, netdae.output.observers as o; o.Progress(1.0); assert 'rich' not in sys.modules"
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
@@ -313,7 +313,7 @@ def test_the_number_of_frames_of_a_flight_changes_no_figure(tmp_path: Path) -> N
         assert len(recorder.states) == len(flight) == len(metrics.rows) == count
     assert summaries[0] == summaries[1]
     assert summaries[0]["peak_tension"] > 1.0  # it has come taut
-    # the rows tell the peaks between them: the largest of few rows is the largest of many
+    # the rows report the peaks between them: the largest of few rows is the largest of many
     assert frames[0].max() == frames[1].max() == pytest.approx(summaries[0]["peak_tension"], rel=1e-12)
 
 

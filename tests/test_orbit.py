@@ -1,19 +1,19 @@
-"""The frame of an orbit: closed forms, Kepler's motion in an inertial frame, tethers, and the books."""
+"""The frame of an orbit: closed forms, Kepler's motion in an inertial frame, tethers, and the balance."""
 
 import numpy as np
 import pytest
 from conftest import CORD, SOFT, random_net, random_velocities
 from scipy.integrate import solve_ivp
 
-from netdae.damping import Dashpot, NoDamping
-from netdae.errors import InputError
-from netdae.flight import simulate
+from netdae.core.errors import InputError
 from netdae.forces.orbit import Orbit
-from netdae.material import Cords
-from netdae.net import CableNet
-from netdae.options import SolverOptions
-from netdae.state import State
-from netdae.system import System
+from netdae.model.material import Cords
+from netdae.model.net import CableNet
+from netdae.model.state import State
+from netdae.solvers.flight import simulate
+from netdae.solvers.options import SolverOptions
+from netdae.system.damping import Dashpot, NoDamping
+from netdae.system.system import System
 
 MU, RADIUS = 3.986004418e14, 6.978137e6  # of the Earth, m³/s², and of an orbit at 600 km, m
 N = np.sqrt(MU / RADIUS**3)  # 1.083e-3 rad/s
@@ -156,14 +156,14 @@ def test_kinetic_elastic_and_tidal_energy_keep_their_sum(damping):
     for rtol in (1e-3, 1e-5, 1e-7):
         options = SolverOptions(rtol=rtol, atol_position=0.1 * rtol, atol_velocity=10 * rtol)
         flight = simulate(system, start, [0.0, 0.1], options=options)
-        (own0, tide0), (own, tide), books = energy(start), energy(flight[-1]), flight[-1].books
-        missing.append(abs(own + tide + books.dissipated_energy - own0 - tide0) / own0)
+        (own0, tide0), (own, tide), balance = energy(start), energy(flight[-1]), flight[-1].balance
+        missing.append(abs(own + tide + balance.dissipated_energy - own0 - tide0) / own0)
         assert abs(tide - tide0) > 0.02 * own0  # the tide has worked
         # Simpson's rule over a tidal power that is smooth along BDF's own way: far better than the way itself
-        assert books.external_work == pytest.approx(tide0 - tide, abs=max(1e-3 * rtol, 1e-9) * own0)
+        assert balance.external_work == pytest.approx(tide0 - tide, abs=max(1e-3 * rtol, 1e-9) * own0)
         impulse = system.momentum(flight[-1].v) - system.momentum(start.v)
         np.testing.assert_allclose(
-            books.external_impulse, impulse, rtol=0, atol=10 * rtol * system.mass.sum()
+            balance.external_impulse, impulse, rtol=0, atol=10 * rtol * system.mass.sum()
         )
     assert missing[2] < 1e-4
     assert missing[2] < missing[1] < missing[0]

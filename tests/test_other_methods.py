@@ -1,4 +1,4 @@
-"""CVODE and SciPy in IDA's place: the same flight, frames, phases and books."""
+"""CVODE and SciPy in IDA's place: the same flight, frames, phases and balance."""
 
 from __future__ import annotations
 
@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from conftest import SOFT, line, random_velocities, reference_flight
 
-from netdae.damping import Dashpot, NoDamping
-from netdae.errors import InputError, RunError
-from netdae.flight import simulate
+from netdae.core.errors import InputError, RunError
 from netdae.forces.loads import Gravity, NodalLoad
-from netdae.motions import TableMotion
-from netdae.options import METHODS, SolverOptions
-from netdae.restraints import Restraint
-from netdae.signals import Pulse
-from netdae.state import State
-from netdae.system import System
+from netdae.model.motions import TableMotion
+from netdae.model.restraints import Restraint
+from netdae.model.signals import Pulse
+from netdae.model.state import State
+from netdae.solvers.flight import simulate
+from netdae.solvers.options import METHODS, SolverOptions
+from netdae.system.damping import Dashpot, NoDamping
+from netdae.system.system import System
 
 OTHERS = [method for method in METHODS if method not in ("ida", "explicit")]
 TIGHT = {"rtol": 1e-8, "atol_position": 1e-10, "atol_velocity": 1e-8}
@@ -46,8 +46,10 @@ def test_flights_agree_with_ida(method):
         # tolerances of 1e-8, some of whose errors add up over a hundred steps
         np.testing.assert_allclose(two.x, one.x, rtol=0, atol=2e-6)
         np.testing.assert_allclose(two.v, one.v, rtol=0, atol=2e-4)
-        np.testing.assert_allclose(two.books.external_impulse, one.books.external_impulse, rtol=0, atol=1e-5)
-        assert two.books.external_work == pytest.approx(one.books.external_work, abs=1e-5)
+        np.testing.assert_allclose(
+            two.balance.external_impulse, one.balance.external_impulse, rtol=0, atol=1e-5
+        )
+        assert two.balance.external_work == pytest.approx(one.balance.external_work, abs=1e-5)
     np.testing.assert_allclose(other[-1].v[0], [0, 0, 0.5], rtol=1e-12)
 
 

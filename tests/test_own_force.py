@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import netdae as nd
-from netdae.forces.protocol import Account, Tangent
+from netdae.forces.force import Account, Tangent
 
 STIFFNESS = 20.0  # N/m
 
@@ -101,19 +101,22 @@ def test_what_a_user_defined_force_stores_is_in_the_balance(method: str, written
     flight = nd.simulate(system, start, np.linspace(0.0, 0.3, 7), options=options, observers=[metrics])
     stored = [system.elastic_energy(state.x) for state in flight]
     total = [
-        system.kinetic_energy(state.v) + energy + state.books.dissipated_energy - state.books.external_work
+        system.kinetic_energy(state.v)
+        + energy
+        + state.balance.dissipated_energy
+        - state.balance.external_work
         for state, energy in zip(flight, stored, strict=True)
     ]
     assert max(stored) - min(stored) > 0.5 * max(stored)  # springs have given what they held
     # snaps of undamped cables cost the integrators up to 0.4 %; without the springs' energy it would be half of it
     np.testing.assert_allclose(total, total[0], atol=1e-2 * max(stored))
-    assert abs(flight[-1].books.external_work) < 1e-2 * max(stored)  # of a fixed anchor: none
+    assert abs(flight[-1].balance.external_work) < 1e-2 * max(stored)  # of a fixed anchor: none
     assert np.abs(metrics.table()["energy_residual"]).max() < 1e-2 * max(stored)
     assert abs(metrics.summary()["energy_residual_share"]) < 1e-2
 
 
 @pytest.mark.parametrize("method", ["ida", "explicit"])
-def test_a_force_of_another_shape_is_told_in_one_line(method: str) -> None:
+def test_a_force_of_another_shape_is_reported_in_one_line(method: str) -> None:
     system, start = system_with(Flat(np.array([[0], [8]])))
     options = nd.SolverOptions(method)  # type: ignore[arg-type]
     with pytest.raises(nd.RunError, match=r"Flat.force gave an array \(1, 3\), expected \(2, 1, 3\)"):

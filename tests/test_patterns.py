@@ -7,9 +7,9 @@ import pytest
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from netdae import patterns
-from netdae.errors import InputError
-from netdae.net import CableNet
+from netdae.core.errors import InputError
+from netdae.model import patterns
+from netdae.model.net import CableNet
 
 SQRT2, SQRT3 = math.sqrt(2), math.sqrt(3)
 

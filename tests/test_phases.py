@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 from conftest import SOFT, line
 
-from netdae.damping import NoDamping
-from netdae.errors import InputError
-from netdae.flight import simulate
+from netdae.core.errors import InputError
 from netdae.forces.loads import NodalLoad
-from netdae.motions import TableMotion
-from netdae.options import SolverOptions
-from netdae.phases import Piece, pieces_of
-from netdae.restraints import Restraint
-from netdae.signals import Pulse
-from netdae.state import State
-from netdae.system import System
+from netdae.model.motions import TableMotion
+from netdae.model.phases import Piece, pieces_of
+from netdae.model.restraints import Restraint
+from netdae.model.signals import Pulse
+from netdae.model.state import State
+from netdae.solvers.flight import simulate
+from netdae.solvers.options import SolverOptions
+from netdae.system.damping import NoDamping
+from netdae.system.system import System
 
 ULP = np.spacing(1.0)
 METHODS = [SolverOptions(accuracy="accurate"), SolverOptions(method="explicit", accuracy="accurate")]
@@ -77,8 +77,8 @@ def test_books_hold_where_the_acceleration_of_a_driven_node_jumps(options):
     for frame in flight:
         speed = frame.v[1, 0]
         # ü is constant between rows, so Simpson's rule is exact; the trapezoidal rule of the explicit method too
-        np.testing.assert_allclose(frame.books.external_impulse, [m * speed, 0, 0], rtol=0, atol=1e-9)
-        # inside a step of the explicit method the books are linear: h² (m ü²)/8 = 2e-6 J for h = 1.5 ms
-        assert frame.books.external_work == pytest.approx(m * speed**2 / 2, abs=3e-6)
+        np.testing.assert_allclose(frame.balance.external_impulse, [m * speed, 0, 0], rtol=0, atol=1e-9)
+        # inside a step of the explicit method the balance is linear: h² (m ü²)/8 = 2e-6 J for h = 1.5 ms
+        assert frame.balance.external_work == pytest.approx(m * speed**2 / 2, abs=3e-6)
     assert flight[2].v[1, 0] == pytest.approx(v, rel=1e-12)
     assert flight.statistics["starts"] == 1

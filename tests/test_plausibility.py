@@ -1,50 +1,34 @@
-"""Slips of the unit are told, one line each; nets as they are built and flown are not."""
+"""Slips of the unit are reported, one line each; nets as they are built and flown are not."""
 
-import json
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from folders import summary_of
+from shots import shot, write_shot
 
 import netdae as nd
 from netdae.cli import main
-from netdae.plausibility import unusual_of
+from netdae.scenario.plausibility import unusual_of
 
 SCRIPTS = Path(__file__).parent.parent / "scripts"
 
-SHOT = """\
-title = "shot"
-[net]
-kind = "square"
-side = 2.0
-cells = 4
-[[material]]
-youngs_modulus = 2e9
-density = 1140.0
-diameter = 1e-3
-strength = 300.0
-[damping]
-kind = "dashpot"
-viscosity_time = 1e-5
-[[masses]]
-group = "corners"
-mass = 0.05
-[initial]
-scale = [0.4, 0.4, 1.0]
-[[initial.ejection]]
-group = "corners"
-speed = 5.0
-half_angle_deg = 45
-[[loads]]
-kind = "gravity"
-g = [0.0, 0.0, -9.81]
-[solver]
-end = 0.01
-method = "explicit"
-[output]
-frames = 3
-"""
+SHOT = shot(
+    title="shot",
+    side=2.0,
+    youngs_modulus="2e9",
+    density=1140.0,
+    strength=300.0,
+    viscosity_time="1e-5",
+    scale=0.4,
+    half_angle_deg=45,
+    sections='[[loads]]\nkind = "gravity"\ng = [0.0, 0.0, -9.81]\n',
+    method="explicit",
+    end=0.01,
+    accuracy=None,
+    frames=3,
+)
 
 
 def notes_of(folder, *edits):
@@ -52,9 +36,7 @@ def notes_of(folder, *edits):
     for old, new in edits:
         assert old in text
         text = text.replace(old, new)
-    file = folder / "shot.toml"
-    file.write_text(text, encoding="utf-8")
-    return nd.read_scenario(file).build().notes
+    return nd.read_scenario(write_shot(folder, text)).build().notes
 
 
 @pytest.mark.parametrize("path", sorted(SCRIPTS.glob("*.toml")), ids=lambda path: path.stem)
@@ -160,4 +142,4 @@ def test_check_and_run_tell_what_is_unusual(tmp_path, capsys):
     assert f"note                {notes[0]}" in capsys.readouterr().out
     assert main(["run", str(tmp_path / "shot.toml"), "-o", str(tmp_path / "out")]) == 0
     assert f"note: {notes[0]}" in capsys.readouterr().out
-    assert json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))["notes"] == [*notes]
+    assert summary_of(tmp_path / "out")["notes"] == [*notes]

@@ -13,13 +13,13 @@ import matplotlib.image
 import numpy as np
 import pytest
 
-from netdae.errors import InputError
-from netdae.gauge import Cordage
-from netdae.metrics import COLUMNS
-from netdae.plotting.drawing import draw
-from netdae.plotting.figures import DESIGNS, NAMES
-from netdae.plotting.runs import read_run
-from netdae.plotting.sheets import plot
+from netdae.core.errors import InputError
+from netdae.output.metrics import COLUMNS
+from netdae.system.measurements import Cordage
+from netdae.visual.plotting.drawing import draw
+from netdae.visual.plotting.figures import DESIGNS, NAMES
+from netdae.visual.plotting.runs import read_run
+from netdae.visual.plotting.sheets import plot
 
 BASE = tuple(name for name in COLUMNS if "impulse" not in name and name not in Cordage._fields)
 """As earlier runs have them, which are plotted still."""
@@ -53,8 +53,8 @@ def write_folder(
     (folder / "metrics.csv").write_text(text + "\n", encoding="utf-8")
     (folder / "scenario.toml").write_text(scenario, encoding="utf-8")
     if status is not None:
-        told = {"title": title, "status": status, "events": list(events)}
-        (folder / "summary.json").write_text(json.dumps(told), encoding="utf-8")
+        reported = {"title": title, "status": status, "events": list(events)}
+        (folder / "summary.json").write_text(json.dumps(reported), encoding="utf-8")
     return table
 
 
@@ -75,8 +75,8 @@ def write_ensemble(folder, members=3):
         columns[f"{name}_min"], columns[f"{name}_max"] = values.min(axis=0), values.max(axis=0)
     with (folder / "metrics.csv").open("w", newline="") as stream:
         csv.writer(stream).writerows([columns, *zip(*columns.values(), strict=True)])
-    told = [{"folder": f"member_{k:03d}", "status": "finished"} for k in range(members)]
-    summary = {"title": "many", "status": "finished", "ensemble": {"finished": members}, "members": told}
+    reported = [{"folder": f"member_{k:03d}", "status": "finished"} for k in range(members)]
+    summary = {"title": "many", "status": "finished", "ensemble": {"finished": members}, "members": reported}
     (folder / "summary.json").write_text(json.dumps(summary))
     return tables
 
@@ -232,7 +232,7 @@ def test_run_and_ensemble_go_over_each_other(tmp_path):
     assert {len(axis.collections) for axis in figure.axes} == {1}
 
 
-def test_strengths_are_level_lines_and_one_far_above_is_told_in_words(tmp_path):
+def test_strengths_are_level_lines_and_one_far_above_is_reported_in_words(tmp_path):
     table = write_folder(tmp_path / "a")
     tension, share = drawn("tension", tmp_path / "a").axes
     assert np.abs(table["max_tension"]).max() < 30.0 * 3
@@ -420,7 +420,7 @@ def test_table_without_a_course_is_refused(tmp_path, text, words):
     assert not (tmp_path / "a" / "plots").exists()
 
 
-def test_summary_that_is_not_json_is_told(tmp_path):
+def test_summary_that_is_not_json_is_reported(tmp_path):
     write_folder(tmp_path / "a")
     (tmp_path / "a" / "summary.json").write_text("{")
     with pytest.raises(InputError, match=r"summary.json is not JSON"):

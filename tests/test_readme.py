@@ -1,4 +1,4 @@
-"""The README's commands and examples, and every script, run: small, but as they stand."""
+"""Commands and examples of README and manual, and every script, run: small, but as they stand."""
 
 from __future__ import annotations
 
@@ -15,17 +15,33 @@ import numpy as np
 import pytest
 
 from netdae.cli import main
-from netdae.options import PRESETS
 from netdae.scenario.build import Build
 from netdae.scenario.schema import ScenarioData
+from netdae.solvers.options import PRESETS
 
 PROJECT = Path(__file__).resolve().parent.parent
 README = (PROJECT / "README.md").read_text(encoding="utf-8")
+PAGES = {
+    file.stem: file.read_text(encoding="utf-8") for file in sorted((PROJECT / "netdae/manual").glob("*.md"))
+}
 SCRIPTS = PROJECT / "scripts"
 
 
-def blocks(language: str) -> list[str]:
-    return re.findall(rf"```{language}\n(.*?)```", README, flags=re.DOTALL)
+def blocks(language: str, text: str = README) -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", text, flags=re.DOTALL)
+
+
+def test_every_block_is_run_by_a_test_below() -> None:
+    def counted(text: str) -> dict[str, int]:
+        languages = re.findall(r"^```(\w+)$", text, flags=re.MULTILINE)
+        assert text.count("```") == 2 * len(languages)
+        return {language: languages.count(language) for language in languages}
+
+    assert counted(README) == {"toml": 1, "python": 1}
+    assert {name: found for name, text in PAGES.items() if (found := counted(text))} == {
+        "scenario": {"toml": 3},
+        "python": {"python": 2},
+    }
 
 
 def commands() -> list[list[str]]:
@@ -82,8 +98,12 @@ def test_the_scenario_of_the_readme_is_the_shipped_one() -> None:
         assert getattr(told, section) == getattr(shipped, section), section
 
 
-def test_the_mission_of_the_readme_flies() -> None:
-    scenario, mission, closing = (tomllib.loads(text) for text in blocks("toml"))
+def test_the_scenario_of_the_manual_is_that_of_the_readme() -> None:
+    assert blocks("toml", PAGES["scenario"])[0] == blocks("toml")[0]
+
+
+def test_the_mission_of_the_manual_flies() -> None:
+    scenario, mission, closing = (tomllib.loads(text) for text in blocks("toml", PAGES["scenario"]))
     net = {**scenario["net"], "cells": 6}
     small = {**scenario, **mission, "net": net, "solver": {"end": 0.01}, "output": {"frames": 3}}
     small["initial"] = {**mission["initial"], "folds": [2, 2], "canister": {"side": 3.0, "depth": 0.3}}
@@ -97,14 +117,14 @@ def test_the_mission_of_the_readme_flies() -> None:
 
 
 def test_the_python_example_flies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys) -> None:
-    text, *own = blocks("python")
+    (text,) = blocks("python")
     assert len(text.strip().splitlines()) <= 15
     small = text.replace("cells=20", "cells=4").replace(
         "np.linspace(0.0, 1.0, 51)", "np.linspace(0.0, 0.05, 3)"
     )
     assert small != text
     file = tmp_path / "example.py"
-    file.write_text(small + "".join(own), encoding="utf-8")
+    file.write_text(small + "".join(blocks("python", PAGES["python"])), encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     names = runpy.run_path(str(file))
     area, steps = capsys.readouterr().out.split()
@@ -134,7 +154,7 @@ def test_the_verbs_of_the_table_are_there(tmp_path: Path, capsys: pytest.Capture
         for line in re.findall(r"^\| `netdae (.*?)`", README, flags=re.M)
     ]
     verbs = [line[0] for line in listed]
-    assert {*verbs} == {"run", "render", "plot", "forces", "check", "mesh", "info", "schema"}
+    assert {*verbs} == {"run", "render", "plot", "forces", "check", "mesh", "info", "schema", "manual"}
     assert "--ensemble" in listed[1]
     assert "--resume" in listed[2]
     net = tmp_path / "net.vtu"
@@ -144,13 +164,6 @@ def test_the_verbs_of_the_table_are_there(tmp_path: Path, capsys: pytest.Capture
     assert "441" in capsys.readouterr().out
     assert main(["schema"]) == 0
     json.loads(capsys.readouterr().out)
-
-
-def test_modules_that_the_readme_names_exist() -> None:
-    links = re.findall(r"\]\(([^)#]+)\)", README)
-    assert links
-    for link in links:
-        assert (PROJECT / link).exists(), link
 
 
 def test_accuracy_script_prints_a_line_for_each_preset() -> None:
@@ -169,41 +182,11 @@ def test_accuracy_script_prints_a_line_for_each_preset() -> None:
         assert steps[0] < steps[-1]
 
 
-def test_the_readme_tells_what_each_preset_keeps_and_has_no_holes() -> None:
+def test_the_manual_has_what_each_preset_keeps() -> None:
     for method in ("ida", "explicit"):
         for accuracy in PRESETS:
             row = rf"^\| {method} \| {accuracy} \|( [\d.−]+ \|){{6}}$"
-            assert re.search(row, README, flags=re.MULTILINE), f"{method}, {accuracy}"
-    assert not re.search(r"^[A-Z_]{4,}$", README, flags=re.MULTILINE)
-
-
-STEMS = {
-    "largest_mouth_area": ("time", "distance"),
-    "largest_corner_area": ("time",),
-    "peak_tension": ("time", "cable"),
-    "momentum_residual": ("share",),
-    "angular_momentum_residual": ("share",),
-}
-
-
-def keys_of(told: object) -> set[str]:
-    if isinstance(told, dict):
-        return {*told} | {key for value in told.values() for key in keys_of(value)}
-    return {key for value in told for key in keys_of(value)} if isinstance(told, list) else set()
-
-
-def test_every_key_of_a_summary_is_in_the_glossary(tmp_path: Path) -> None:
-    file = tmp_path / "readme.toml"
-    file.write_text(shortened(blocks("toml")[0], cells="4", end="0.05", frames="3"), encoding="utf-8")
-    assert main(["run", str(file), "-o", str(tmp_path / "out")]) == 0
-    summary = json.loads((tmp_path / "out/summary.json").read_text(encoding="utf-8"))
-    del summary["versions"], summary["solver"]["wall_seconds"], summary["solver"]["cheaper"]
-    glossary = README.partition("## What `summary.json` tells")[2].partition("\n## ")[0]
-    told = {*re.findall(r"`([a-z_0-9]+)`", glossary)}
-    told |= {
-        f"{stem}_{ending}" for stem, endings in STEMS.items() for ending in endings
-    }  # told as `..._time`
-    assert keys_of(summary) - told == set()
+            assert re.search(row, PAGES["accuracy"], flags=re.MULTILINE), f"{method}, {accuracy}"
 
 
 def test_venv_script_says_how_it_is_called() -> None:

@@ -2,28 +2,26 @@
 
 import numpy as np
 import pytest
-from conftest import SOFT
+from conftest import SOFT, STIFF
+from flights import energy_of
 from scipy.integrate import solve_ivp
 
-from netdae.damping import Dashpot, NoDamping
-from netdae.errors import InputError, RunError
-from netdae.flight import simulate
+from netdae.core.errors import InputError, RunError
 from netdae.forces.brake import BRAKE, END_STOP, Brake
 from netdae.forces.cables import Cables
 from netdae.forces.elements import ElementForce
 from netdae.forces.loads import Gravity, NodalLoad
 from netdae.forces.reel import REELED, Reeled
-from netdae.material import Cords, Material
-from netdae.motions import FunctionMotion
-from netdae.net import CableNet
-from netdae.options import SolverOptions
-from netdae.reels import CREEP, Reel, forces_of, rest_lengths
-from netdae.restraints import Restraint
-from netdae.state import State
-from netdae.system import System
-
-STIFF = Material(youngs_modulus=1e11, linear_density=1e-9, area=1e-6)
-"""EA 100 kN: strains of 1e-5 under 1 N; massless."""
+from netdae.model.material import Cords
+from netdae.model.motions import FunctionMotion
+from netdae.model.net import CableNet
+from netdae.model.restraints import Restraint
+from netdae.model.state import State
+from netdae.solvers.flight import simulate
+from netdae.solvers.options import SolverOptions
+from netdae.system.damping import Dashpot, NoDamping
+from netdae.system.reels import CREEP, Reel, forces_of, rest_lengths
+from netdae.system.system import System
 
 TIGHT = SolverOptions(rtol=1e-8, atol_position=1e-10, atol_velocity=1e-8)
 
@@ -60,12 +58,6 @@ def start_of(net, strain=0.0, v=0.0):
     return State.at(x, rates)
 
 
-def energy_of(system, state):
-    """What is kept: kinetic, stored and dissipated energy, less the work from outside, J."""
-    energy = system.kinetic_energy(state.v) + system.elastic_energy(state.x)
-    return energy + state.books.dissipated_energy - state.books.external_work
-
-
 def test_a_brake_stops_a_mass_with_a_constant_force():
     """(m + I) v̇ = −F_b: v falls linearly, and the whole way is (m + I) v²/(2 F_b)."""
     m, inertia, brake, v = 2.0, 0.5, 5.0, 3.0
@@ -83,7 +75,7 @@ def test_a_brake_stops_a_mass_with_a_constant_force():
     assert last.x[DRUM, 0] == pytest.approx((m + inertia) * v**2 / (2 * brake), rel=1e-4)
     # then it hangs in a slack or just taut cable; all energy went into the brake
     assert abs(last.v[DRUM, 0]) < CREEP
-    assert last.books.dissipated_energy == pytest.approx(0.5 * (m + inertia) * v**2, rel=1e-4)
+    assert last.balance.dissipated_energy == pytest.approx(0.5 * (m + inertia) * v**2, rel=1e-4)
 
 
 def test_a_light_drum_stops_the_mass_alone():
@@ -143,7 +135,7 @@ def swing(amplitude, omega):
 
 
 def test_a_pendulum_on_a_driven_reel_swings_as_its_equation_says():
-    """d(L² θ̇)/dt = −g L sin θ, so θ̈ + 2 (L̇/L) θ̇ + (g/L) sin θ = 0; the reel's work closes the books."""
+    """d(L² θ̇)/dt = −g L sin θ, so θ̈ + 2 (L̇/L) θ̇ + (g/L) sin θ = 0; the reel's work closes the balance."""
     g, length, amplitude, omega, angle = 9.81, 1.0, 0.15, 4.0, 0.5
     net = net_of(length, (np.sin(angle), 0.0, -np.cos(angle)))
     system = system_of(
@@ -168,7 +160,7 @@ def test_a_pendulum_on_a_driven_reel_swings_as_its_equation_says():
     # the cable is longer by its strain of 1e-4, which slows the phase of 8 rad by half of that
     np.testing.assert_allclose(swung, truth, rtol=0, atol=4e-4)
     kept = [energy_of(system, frame) for frame in flight]
-    works = [frame.books.external_work for frame in flight]
+    works = [frame.balance.external_work for frame in flight]
     assert np.ptp(works) > 1.0  # the reel and the weight do work
     np.testing.assert_allclose(kept, kept[0], rtol=0, atol=1e-4)
 
@@ -220,7 +212,7 @@ def test_a_free_tether_keeps_energy_and_momentum_through_its_snaps():
     start = State.at(net.nodes * 0.7, v)
     flight = simulate(system, start, np.linspace(0, 1.5, 16), options=TIGHT)
     kept = np.array([energy_of(system, frame) for frame in flight])
-    assert flight[-1].books.dissipated_energy > 0.02  # of 0.19 J
+    assert flight[-1].balance.dissipated_energy > 0.02  # of 0.19 J
     assert flight[-1].x[DRUM, 0] > 0.1
     np.testing.assert_allclose(kept, kept[0], rtol=1e-5)  # Simpson's rule over the snap
     momentum = (
@@ -234,7 +226,7 @@ def test_a_free_tether_keeps_energy_and_momentum_through_its_snaps():
 
 @pytest.mark.parametrize("method", ["ida", "explicit", "bdf"])
 def test_a_load_on_a_drum_works_but_is_no_impulse_on_the_net(method):
-    """A drum has no place and no momentum; ida books compiled, bdf by the ledger."""
+    """A drum has no place and no momentum; ida sums it compiled, bdf by the running balance."""
     net = net_of(1.0)
     system = system_of(
         net,
@@ -245,10 +237,10 @@ def test_a_load_on_a_drum_works_but_is_no_impulse_on_the_net(method):
         loads=[NodalLoad("drum", [0.3, 0.0, 0.0]), NodalLoad("bob", [0.0, 0.2, 0.0])],
     )
     flight = simulate(system, State.at(net.nodes), [0.0, 0.1, 0.2], options=SolverOptions(method=method))
-    books = flight[-1].books
-    assert books.external_work > 0
+    balance = flight[-1].balance
+    assert balance.external_work > 0
     # 0.2 N for 0.2 s, to round-off
-    np.testing.assert_allclose(books.external_impulse, [0.0, 0.04, 0.0], rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(balance.external_impulse, [0.0, 0.04, 0.0], rtol=1e-9, atol=1e-12)
     gained = system.momentum(flight[-1].v)
     np.testing.assert_allclose(gained, [0.0, 0.04, 0.0], rtol=1e-6, atol=1e-9)  # the solvers' own
 
@@ -281,7 +273,7 @@ def test_an_empty_drum_stops_the_bob():
     np.testing.assert_allclose(kept, kept[0], rtol=1e-5)
 
 
-def test_a_driven_reel_that_winds_in_too_far_is_told():
+def test_a_driven_reel_that_winds_in_too_far_is_reported():
     cords = Reeled(np.array([1.0]), np.ones(1), np.ones(1), np.zeros(1), np.array([False]), np.zeros(1))
     force = ElementForce(REELED, np.array([[4, 5, 9]]), cords)
     net = CableNet(np.zeros((10, 3)), [[0, 1]], rest_length=[1.0])
@@ -325,7 +317,7 @@ def test_a_ratchet_gives_way_by_creep_only():
 
 
 @pytest.mark.parametrize(
-    ("make", "told"),
+    ("make", "reported"),
     [
         (lambda: Reel(2, []), "it has no cables"),
         (lambda: Reel(2, [0], inertia=-1.0), "inertia is -1"),
@@ -336,13 +328,13 @@ def test_a_ratchet_gives_way_by_creep_only():
         (lambda: Reel(2, [0], ratchet=True), "ratchet without brake_force"),
     ],
 )
-def test_a_reel_that_cannot_be_is_refused(make, told):
-    with pytest.raises(InputError, match=told):
+def test_a_reel_that_cannot_be_is_refused(make, reported):
+    with pytest.raises(InputError, match=reported):
         make()
 
 
 @pytest.mark.parametrize(
-    ("reels", "told"),
+    ("reels", "reported"),
     [
         ([Reel(7, [0])], "its node is 7, but the net has 3 nodes"),
         ([Reel(1, [0])], "cable 0 ends at its node 1"),
@@ -351,7 +343,7 @@ def test_a_reel_that_cannot_be_is_refused(make, told):
         ([Reel(2, [0]), Reel(2, [0])], "on a reel twice"),
     ],
 )
-def test_reels_that_do_not_fit_the_net_are_refused(reels, told):
+def test_reels_that_do_not_fit_the_net_are_refused(reels, reported):
     net = net_of()
-    with pytest.raises(InputError, match=told):
+    with pytest.raises(InputError, match=reported):
         forces_of(reels, net, Cords.of(net, STIFF), np.zeros(1))

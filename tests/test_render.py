@@ -16,23 +16,23 @@ import pytest
 from conftest import CORD
 from PIL import Image
 
-from netdae.damping import NoDamping
-from netdae.errors import InputError
-from netdae.net import CableNet
-from netdae.rendering import movie_file
-from netdae.rendering.camera import extent_of, view_of
-from netdae.rendering.colours import HELD, PALE, peak_of, round_down, round_up, tension_map
-from netdae.rendering.frames import cast_of, read_footage
-from netdae.rendering.labels import font_size, footer_height
-from netdae.rendering.scene import Stage, room_for
-from netdae.rendering.views import Look, render_page, render_picture, render_sheet
-from netdae.rendering.views import render_movie as movie_of
-from netdae.restraints import Restraint
-from netdae.state import State
-from netdae.system import System
-from netdae.tether import Chaser, Tether
-from netdae.tethered import with_tether
-from netdae.vtk import RESTRAINED, VtuSeries, grid_of, read_frame
+from netdae.core.errors import InputError
+from netdae.model.net import CableNet
+from netdae.model.restraints import Restraint
+from netdae.model.state import State
+from netdae.model.tether import Chaser, Tether
+from netdae.output.vtk import RESTRAINED, VtuSeries, grid_of, read_frame
+from netdae.system.damping import NoDamping
+from netdae.system.system import System
+from netdae.system.tether_assembly import with_tether
+from netdae.visual.rendering import movie_file
+from netdae.visual.rendering.camera import extent_of, view_of
+from netdae.visual.rendering.colours import HELD, PALE, peak_of, round_down, round_up, tension_map
+from netdae.visual.rendering.frames import cast_of, read_footage
+from netdae.visual.rendering.labels import font_size, footer_height
+from netdae.visual.rendering.scene import Stage, room_for
+from netdae.visual.rendering.views import Look, render_page, render_picture, render_sheet
+from netdae.visual.rendering.views import render_movie as movie_of
 
 SIDE, CELLS = 4.0, 4
 FRAMES = 4
@@ -132,7 +132,7 @@ def drawn(folder, number, *, size=(300, 260), view="oblique", peak=None, fit="al
 # who is who
 
 
-def test_bullets_chaser_and_kinds_of_cables_are_told_from_a_frame(flight):
+def test_bullets_chaser_and_kinds_of_cables_are_reported_from_a_frame(flight):
     cast = read_footage(flight).cast
     net = CableNet.square(side=SIDE, cells=CELLS)
     assert cast.bullets.tolist() == net.nodes_of("corners").tolist()
@@ -318,7 +318,7 @@ def test_the_sign_of_held_nodes_is_explained_where_one_is_in_sight(tmp_path):
     assert held_pixels(pixels_of(tmp_path / "s.png")[-footer:]).sum() > 20
     data = data_in(render_page(tmp_path).file.read_text(encoding="utf-8"))
     corners = CableNet.square(side=SIDE, cells=CELLS).nodes_of("corners").tolist()
-    assert [told["held"] for told in data["frames"]] == [corners, corners, [], []]
+    assert [reported["held"] for reported in data["frames"]] == [corners, corners, [], []]
 
 
 def test_frames_that_do_not_tell_what_is_held_are_drawn_without(tmp_path):
@@ -344,7 +344,7 @@ def test_the_colours_grow_darker_with_tension():
 
 
 def test_the_scale_bar_is_as_long_as_it_says(plain, tmp_path):
-    """Seen from above, the bullets are a known distance apart; the bar beside them tells the same metres a pixel."""
+    """Seen from above, the bullets are a known distance apart; the bar beside them reports the same metres a pixel."""
     file = tmp_path / "p.png"
     render_picture(plain, file, frame=0, look=Look(view="z", size=(400, 400)))
     pixels = pixels_of(file)
@@ -377,7 +377,7 @@ def test_the_picture_has_its_size_time_and_footer_and_is_not_empty(flight, tmp_p
 def test_the_frame_is_that_of_the_largest_mouth_or_nearest_to_a_time(tmp_path, flight):
     write_flight(tmp_path)
     look = Look(size=SMALL)
-    assert render_picture(tmp_path, look=look).frames == (FRAMES - 1,)  # nothing tells of a mouth
+    assert render_picture(tmp_path, look=look).frames == (FRAMES - 1,)  # nothing reports of a mouth
     (tmp_path / "metrics.csv").write_text("time,mouth_area\n0.0,1.0\n0.1,5.0\n0.2,\n0.3,2.0\n")
     assert render_picture(tmp_path, look=look).frames == (FRAMES - 1,)  # a damaged table neither
     (tmp_path / "metrics.csv").write_text("time,mouth_area\n0.0,1.0\n0.1,5.0\n0.2,nan\n0.3,2.0\n")
@@ -400,16 +400,16 @@ def test_a_sheet_shows_the_frames_side_by_side_on_one_scale(plain, tmp_path):
 
 
 def test_the_gif_has_the_frames_asked_for_at_its_rate(flight, tmp_path):
-    told = []
+    reported = []
     done = movie_of(
         flight,
         tmp_path / "m.gif",
         rate=10.0,
         look=Look(size=(201, 181)),
-        tell=lambda count, total: told.append((count, total)),
+        report=lambda count, total: reported.append((count, total)),
     )
     assert done.frames == (0, 1, 2, 3)
-    assert told == [(k, FRAMES) for k in range(1, FRAMES + 1)]
+    assert reported == [(k, FRAMES) for k in range(1, FRAMES + 1)]
     movie = Image.open(done.file)
     assert (movie.n_frames, movie.size, movie.info["duration"]) == (FRAMES, (200, 180), 100)
     pictures = []
@@ -475,19 +475,21 @@ def test_the_page_has_the_frames_positions_within_its_rounding(tmp_path, far):
     assert data["step"] <= 1e-4 * SIDE * 2
     assert data["width"] == (32 if far else 16)
     assert np.array(data["nodes"])[np.array(data["cables"])].tolist() == footage.cast.cables.tolist()
-    assert [told["number"] for told in data["frames"]] == [0, 2, 3]
-    for told in data["frames"]:
-        frame = footage.frame(told["number"])
-        assert told["time"] == frame.t
-        whole = np.frombuffer(base64.b64decode(told["positions"]), f"<i{data['width'] // 8}").reshape(-1, 3)
-        error = np.asarray(told["origin"]) + data["step"] * whole - frame.points[footage.cast.drawn]
+    assert [reported["number"] for reported in data["frames"]] == [0, 2, 3]
+    for reported in data["frames"]:
+        frame = footage.frame(reported["number"])
+        assert reported["time"] == frame.t
+        whole = np.frombuffer(base64.b64decode(reported["positions"]), f"<i{data['width'] // 8}").reshape(
+            -1, 3
+        )
+        error = np.asarray(reported["origin"]) + data["step"] * whole - frame.points[footage.cast.drawn]
         assert np.abs(error).max() <= 0.5 * data["step"] * (1 + 1e-6)
-        tension = np.frombuffer(base64.b64decode(told["tension"]), np.uint8).astype(float)
+        tension = np.frombuffer(base64.b64decode(reported["tension"]), np.uint8).astype(float)
         assert ((tension > 0) == frame.taut).all()
         shown = (tension - 1) / 254 * data["peak"]
         below = frame.taut & (frame.tension < data["peak"])
         assert np.abs(shown - frame.tension)[below].max() <= 0.5 * data["peak"] / 254 * (1 + 1e-9)
-        assert told["largest"] == pytest.approx(frame.tension[footage.cast.kind == 0].max(), rel=1e-3)
+        assert reported["largest"] == pytest.approx(frame.tension[footage.cast.kind == 0].max(), rel=1e-3)
 
 
 def test_the_page_loads_nothing_from_elsewhere(flight, tmp_path):
@@ -530,8 +532,8 @@ def in_browser(page, folder):
             f"file://{page}#frame=1",
         ),
     ]
-    told = subprocess.run(command, capture_output=True, text=True, timeout=120).stderr
-    assert "CONSOLE" not in told
+    reported = subprocess.run(command, capture_output=True, text=True, timeout=120).stderr
+    assert "CONSOLE" not in reported
     return pixels_of(folder / "shot.png")[170:-60, :]
 
 
@@ -553,7 +555,7 @@ def test_the_page_shows_what_is_held_in_a_browser(tmp_path):
 # wrong input
 
 
-def test_folders_without_frames_and_wrong_numbers_are_told(tmp_path, flight):
+def test_folders_without_frames_and_wrong_numbers_are_reported(tmp_path, flight):
     (tmp_path / "file").touch()
     with pytest.raises(InputError, match="none is not a folder: give the output folder of netdae run"):
         render_picture(tmp_path / "none")
@@ -573,11 +575,11 @@ def test_folders_without_frames_and_wrong_numbers_are_told(tmp_path, flight):
     for t in (-0.1, 0.4, np.nan):
         with pytest.raises(InputError, match=r"time .* s is not in .*: its frames are from 0 to 0\.3 s"):
             render_picture(flight, tmp_path / "p.png", time=t)
-    with pytest.raises(InputError, match="no frames are told"):
+    with pytest.raises(InputError, match="no frames are given"):
         render_sheet(flight, tmp_path / "p.png", frames=[])
 
 
-def test_a_damaged_frame_is_told_by_its_name(tmp_path):
+def test_a_damaged_frame_is_reported_by_its_name(tmp_path):
     write_flight(tmp_path)
     file = tmp_path / "frames" / "frame_000002.vtu"
     data = bytearray(file.read_bytes())
@@ -596,7 +598,7 @@ def test_a_damaged_frame_is_told_by_its_name(tmp_path):
     assert render_picture(tmp_path, frame=1, look=Look(size=SMALL)).frames == (1,)
 
 
-def test_a_frame_of_another_net_is_told(tmp_path, flight):
+def test_a_frame_of_another_net_is_reported(tmp_path, flight):
     write_flight(tmp_path, tethered=False)
     shutil.copy(flight / "frames" / "frame_000001.vtu", tmp_path / "frames" / "frame_000001.vtu")
     with pytest.raises(InputError, match=r"frame_000001\.vtu shows another net than .*frame_000000\.vtu"):
@@ -620,7 +622,7 @@ def test_a_look_that_cannot_be_is_refused(wrong, words):
         Look(**wrong)
 
 
-def test_files_that_cannot_be_written_are_told(flight, tmp_path):
+def test_files_that_cannot_be_written_are_reported(flight, tmp_path):
     (tmp_path / "file").touch()
     with pytest.raises(InputError, match=r"p\.jpg: give a name that ends in \.png"):
         render_picture(flight, tmp_path / "p.jpg")

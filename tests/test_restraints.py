@@ -5,17 +5,17 @@ import pytest
 from conftest import CORD, SOFT, line, random_net, random_velocities
 from scipy.optimize import brentq
 
-from netdae.damping import Dashpot, NoDamping
-from netdae.errors import InputError
-from netdae.flight import simulate
+from netdae.core.errors import InputError
 from netdae.forces.loads import Gravity
-from netdae.ida.stepper import IdaSolver
-from netdae.motions import FunctionMotion, TableMotion
-from netdae.net import CableNet
-from netdae.options import SolverOptions
-from netdae.restraints import Restraint
-from netdae.state import State
-from netdae.system import System
+from netdae.model.motions import FunctionMotion, TableMotion
+from netdae.model.net import CableNet
+from netdae.model.restraints import Restraint
+from netdae.model.state import State
+from netdae.solvers.flight import simulate
+from netdae.solvers.ida.stepper import IdaSolver
+from netdae.solvers.options import SolverOptions
+from netdae.system.damping import Dashpot, NoDamping
+from netdae.system.system import System
 
 TIGHT = SolverOptions(rtol=1e-8, atol_position=1e-9, atol_velocity=1e-7)
 
@@ -100,8 +100,8 @@ def test_the_reaction_of_a_hanging_mass_is_the_weight():
         np.testing.assert_allclose(R[0], [0, 0, system.mass.sum() * g], rtol=1e-8, atol=1e-12)
         assert not R[1].any()
         # gravity and reaction cancel in the impulse, a fixed node does no work
-        np.testing.assert_allclose(frame.books.external_impulse, 0.0, atol=1e-8)
-        assert frame.books.external_work == pytest.approx(0.0, abs=1e-8)
+        np.testing.assert_allclose(frame.balance.external_impulse, 0.0, atol=1e-8)
+        assert frame.balance.external_work == pytest.approx(0.0, abs=1e-8)
 
 
 def test_reactions_take_the_prescribed_acceleration():
@@ -128,7 +128,7 @@ def test_reactions_take_the_prescribed_acceleration():
             np.testing.assert_allclose(R[node], expected, rtol=1e-12)
 
 
-def test_impulse_and_work_of_a_smooth_motion_close_the_books():
+def test_impulse_and_work_of_a_smooth_motion_close_the_balance():
     system = System(
         line(4),
         SOFT,
@@ -142,9 +142,9 @@ def test_impulse_and_work_of_a_smooth_motion_close_the_books():
         options = SolverOptions(rtol=rtol, atol_position=0.1 * rtol, atol_velocity=10 * rtol)
         flight = simulate(system, start, [0.0, 1.0], options=options)
         last = flight[-1]
-        impulse = np.array(last.books.external_impulse) - system.momentum(last.v)
+        impulse = np.array(last.balance.external_impulse) - system.momentum(last.v)
         energy = system.kinetic_energy(last.v) + system.elastic_energy(last.x)
-        balance = energy + last.books.dissipated_energy - last.books.external_work
+        balance = energy + last.balance.dissipated_energy - last.balance.external_work
         # each step may err by rtol, and all of them the same way
         assert max(np.abs(impulse).max(), abs(balance)) < flight.statistics["steps"] * rtol * scale
         assert flight.statistics["steps"] < 2000
@@ -161,14 +161,14 @@ def test_a_jump_of_driven_velocity_books_its_impulse_and_work():
     flight = simulate(system, State.at(net.nodes, v), [0.0, 0.01, 0.05])
     m = system.mass[0]
     assert flight.statistics["starts"] == 2
-    np.testing.assert_allclose(flight[1].books.external_impulse, 0.0, atol=1e-14)
-    np.testing.assert_allclose(flight[2].books.external_impulse, [-3 * m, 0, 0], rtol=1e-12)
-    assert flight[2].books.external_work == pytest.approx(0.5 * m * (4 - 1), rel=1e-12)
+    np.testing.assert_allclose(flight[1].balance.external_impulse, 0.0, atol=1e-14)
+    np.testing.assert_allclose(flight[2].balance.external_impulse, [-3 * m, 0, 0], rtol=1e-12)
+    assert flight[2].balance.external_work == pytest.approx(0.5 * m * (4 - 1), rel=1e-12)
     np.testing.assert_allclose(flight[2].x[0], [0.02 - 2 * 0.03, 0, 0], rtol=1e-13)
 
 
-def test_the_impulse_of_a_jump_is_told_with_its_time():
-    from netdae.integration import integrate
+def test_the_impulse_of_a_jump_is_reported_with_its_time():
+    from netdae.solvers.driver import integrate
 
     motion = TableMotion([0.0, 0.02, 0.1], [[0, 0, 0], [0, 0, 0], [0, 0.08, 0]], interpolation="linear")
     net = CableNet([[0, 0, 0], [0, 1, 0]], [[0, 1]], {"one": [0]}, rest_length=[2.0])
@@ -201,10 +201,10 @@ def test_the_energy_balance_holds_over_jumps_with_taut_cables():
     largest = max(system.kinetic_energy(f.v) + system.elastic_energy(f.x) for f in flight)
     for f in flight:
         energy = system.kinetic_energy(f.v) + system.elastic_energy(f.x)
-        balance = energy + f.books.dissipated_energy - f.books.external_work - e0
+        balance = energy + f.balance.dissipated_energy - f.balance.external_work - e0
         assert abs(balance) < 1e-4 * largest  # rtol 1e-8 over some thousand steps with kinks
         np.testing.assert_allclose(
-            system.momentum(f.v) - p0, f.books.external_impulse, rtol=0, atol=1e-4 * np.abs(p0).max()
+            system.momentum(f.v) - p0, f.balance.external_impulse, rtol=0, atol=1e-4 * np.abs(p0).max()
         )
 
 
@@ -328,7 +328,7 @@ def test_a_motion_whose_derivatives_do_not_belong_together_is_refused_before_the
         starting(motion(0.5), end=2.0)
 
 
-def test_wrong_restraints_are_told():
+def test_wrong_restraints_are_reported():
     with pytest.raises(InputError, match="axes is 'xq'"):
         Restraint("first", axes="xq")
     with pytest.raises(InputError, match="node 0 is restrained in one of the axes yz by an earlier"):

@@ -1,7 +1,6 @@
 """Runs that are killed, stopped or extended, and gone on with: nothing lost, nothing doubled, nothing else."""
 
 import contextlib
-import json
 import os
 import shutil
 import signal
@@ -10,63 +9,25 @@ import zipfile
 
 import numpy as np
 import pytest
+from folders import summary_of
+from shots import shot, write_shot
 
 import netdae as nd
-from netdae.checkpoint import Checkpoint, read_checkpoint, read_kept
 from netdae.cli import main
-from netdae.ensemble import Ensemble
-from netdae.ensemble_folder import Member, fly_member
-from netdae.observers import MetricsCsv
-from netdae.recorder import Recorder
-from netdae.stopped_run import times_to
-from netdae.vtk import VtuSeries, read_series
+from netdae.output.checkpoint import Checkpoint, read_checkpoint, read_kept
+from netdae.output.observers import MetricsCsv
+from netdae.output.trajectory import Recorder
+from netdae.output.vtk import VtuSeries, read_series
+from netdae.runs.ensemble import Ensemble
+from netdae.runs.ensemble_folder import Member, fly_member
+from netdae.runs.resume import times_to
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="processes of POSIX")
 
 # A pulse begins between frames and ends at one, so that phases are cut both ways; the centre is held.
-SHOT = """\
-title = "shot"
-[net]
-kind = "square"
-side = 1.0
-cells = 4
-[[material]]
-youngs_modulus = 1e8
-density = 1390
-diameter = 1e-3
-[damping]
-kind = "dashpot"
-viscosity_time = 1e-4
-[[masses]]
-group = "corners"
-mass = 0.05
-[initial]
-scale = [0.8, 0.8, 1.0]
-[[initial.ejection]]
-group = "corners"
-speed = 5.0
-half_angle_deg = 60
-[[restraints]]
-group = "centre"
-axes = "xy"
-[[loads]]
-kind = "gravity"
-g = [3.0, 0.0, -9.81]
-begin = 0.033
-end = 0.05
-[solver]
-method = "explicit"
-end = 0.1
-accuracy = "fast"
-[output]
-frames = 9
-"""
-
-
-def write(folder, text=SHOT):
-    file = folder / "shot.toml"
-    file.write_text(text, encoding="utf-8")
-    return file
+HELD_CENTRE = '[[restraints]]\ngroup = "centre"\naxes = "xy"\n'
+PULSE = '[[loads]]\nkind = "gravity"\ng = [3.0, 0.0, -9.81]\nbegin = 0.033\nend = 0.05\n'
+SHOT = shot(title="shot", youngs_modulus="1e8", sections=HELD_CENTRE + PULSE, method="explicit", frames=9)
 
 
 def run(*arguments):
@@ -75,7 +36,7 @@ def run(*arguments):
 
 def flown(folder, text=SHOT):
     folder.mkdir(exist_ok=True)
-    run(write(folder, text), "-o", folder / "out")
+    run(write_shot(folder, text), "-o", folder / "out")
     return folder / "out"
 
 
@@ -132,10 +93,6 @@ def dies(observer, frame, *, when):
     observer.__call__ = deadly
 
 
-def summary_of(folder):
-    return json.loads((folder / "summary.json").read_text(encoding="utf-8"))
-
-
 def files_of(folder):
     return sorted(str(file.relative_to(folder)) for file in folder.rglob("*") if file.is_file())
 
@@ -167,7 +124,7 @@ def test_run_that_is_killed_between_two_files_of_a_frame_is_gone_on_with_bit_for
 
     def fly_and_die():
         dies(observer, frame, when=when)
-        return main(["run", str(write(tmp_path)), "-o", str(out)])
+        return main(["run", str(write_shot(tmp_path, SHOT)), "-o", str(out)])
 
     killed(fly_and_die)
     if frame == 1 and (observer, when) != (Checkpoint, "after"):
@@ -210,11 +167,7 @@ def test_run_that_is_killed_again_and_again_is_gone_on_with_bit_for_bit(tmp_path
 
 
 # Free: reactions are known to the integrator's accuracy only, and so is their impulse.
-FREE = (
-    SHOT.replace("fast", "accurate")
-    .replace('"explicit"', '"{}"')
-    .replace('[[restraints]]\ngroup = "centre"\naxes = "xy"\n', "")
-)
+FREE = SHOT.replace("fast", "accurate").replace('"explicit"', '"{}"').replace(HELD_CENTRE, "")
 
 
 @pytest.mark.parametrize("method", ["ida", "cvode_bdf", "radau"])
@@ -281,7 +234,7 @@ def test_events_happen_once_in_a_run_that_is_killed(frame, watched, tmp_path):
 
     def fly_and_die():
         dies(Checkpoint, frame, when="after")
-        return main(["run", str(write(tmp_path, WATCHED)), "-o", str(out)])
+        return main(["run", str(write_shot(tmp_path, WATCHED)), "-o", str(out)])
 
     killed(fly_and_die)
     run("--resume", out)
@@ -341,9 +294,9 @@ def test_interrupted_and_failed_runs_are_gone_on_with_bit_for_bit(
 ):
     out = tmp_path / "out"
     for _ in stop_at(monkeypatch, 6, error):
-        assert main(["run", str(write(tmp_path)), "-o", str(out)]) == code
+        assert main(["run", str(write_shot(tmp_path, SHOT)), "-o", str(out)]) == code
     assert summary_of(out)["status"] == status
-    assert not {name for name in files_of(out) if name.endswith(".journal")}
+    assert not {name for name in files_of(out) if name.endswith(".log")}
     for _ in stop_at(monkeypatch, 8, error):
         assert main(["run", "--resume", str(out)]) == code
     assert "the 7 frames up to then are in" in capsys.readouterr().err
@@ -357,7 +310,7 @@ def test_run_that_was_killed_while_it_wrote_its_last_files_is_finished(whole, tm
 
     def fly_and_die():
         Recorder.end = lambda self: die()
-        return main(["run", str(write(tmp_path)), "-o", str(out)])
+        return main(["run", str(write_shot(tmp_path, SHOT)), "-o", str(out)])
 
     killed(fly_and_die)
     assert "trajectory.npz" not in files_of(out)
@@ -418,7 +371,7 @@ def test_killed_run_that_is_flown_on_keeps_its_new_end(copied, tmp_path):
 def test_stopped_run_may_end_sooner_and_then_later(whole, tmp_path, monkeypatch):
     out = tmp_path / "out"
     for _ in stop_at(monkeypatch, 4, KeyboardInterrupt()):
-        main(["run", str(write(tmp_path)), "-o", str(out)])
+        main(["run", str(write_shot(tmp_path, SHOT)), "-o", str(out)])
     run("--resume", out, "--until", "0.075")
     assert len(nd.Trajectory.load(out)) == 7
     run("--resume", out, "--until", "0.1")
@@ -531,7 +484,7 @@ def test_changed_scenario_is_refused(copied, capsys):
         (lambda out: (out / "series.pvd").unlink(), "series.pvd cannot be read"),
         (lambda out: (out / "frames" / "frame_000003.vtu").unlink(), "frame_000003.vtu is missing"),
         (lambda out: (out / "scenario.toml").unlink(), "scenario.toml: the scenario cannot be read"),
-        (lambda out: without(out / "checkpoint.npz", "history.npy"), "steps.journal cannot be gone on from"),
+        (lambda out: without(out / "checkpoint.npz", "history.npy"), "steps.log cannot be gone on from"),
         (lambda out: without(out / "checkpoint.npz", "notes.npy"), "holds a State alone"),
         (lambda out: without(out / "checkpoint.npz", "v.npy"), "cut short: v is not in it"),
     ],
@@ -563,14 +516,14 @@ def test_checkpoint_of_another_version_is_refused(copied, capsys, monkeypatch):
         capsys, "--resume", copied, "--until", 1
     )
     monkeypatch.undo()
-    monkeypatch.setattr("netdae.checkpoint.FORMAT", 2)
+    monkeypatch.setattr("netdae.output.checkpoint.FORMAT", 2)
     assert "has the format 1 of another netdae, expected 2" in refused(
         capsys, "--resume", copied, "--until", 1
     )
 
 
 def test_wrong_folders_and_arguments_are_one_line(whole, tmp_path, capsys):
-    file = write(tmp_path)
+    file = write_shot(tmp_path, SHOT)
     empty = tmp_path / "empty"
     empty.mkdir()
     unbegun = tmp_path / "unbegun"
@@ -619,7 +572,7 @@ def test_two_runs_never_write_into_one_folder_and_a_dead_one_locks_nothing(copie
         while read_checkpoint(copied / "checkpoint.npz").t < 0.11:
             assert time.monotonic() < deadline
             time.sleep(0.01)
-        for arguments in (["--resume", copied], [write(tmp_path), "-o", copied, "--overwrite"]):
+        for arguments in (["--resume", copied], [write_shot(tmp_path, SHOT), "-o", copied, "--overwrite"]):
             line = refused(capsys, *arguments)
             assert f"another run (process {pid}) is writing into this folder" in line
     finally:
@@ -648,11 +601,11 @@ def test_frames_that_the_series_does_not_name_yet_are_kept(whole, tmp_path):
     out = tmp_path / "out"
 
     def fly_and_die():
-        import netdae.vtk
+        import netdae.output.vtk
 
-        netdae.vtk._EVERY_FRAME_UP_TO = 2
+        netdae.output.vtk._EVERY_FRAME_UP_TO = 2
         dies(Checkpoint, 6, when="after")
-        return main(["run", str(write(tmp_path)), "-o", str(out)])
+        return main(["run", str(write_shot(tmp_path, SHOT)), "-o", str(out)])
 
     killed(fly_and_die)
     assert len(read_series(out / "series.pvd")) < 6
@@ -661,9 +614,9 @@ def test_frames_that_the_series_does_not_name_yet_are_kept(whole, tmp_path):
 
 
 def test_member_of_an_ensemble_is_gone_on_with_from_its_own_start(tmp_path):
-    told = nd.read_scenario(write(tmp_path))
+    reported = nd.read_scenario(write_shot(tmp_path, SHOT))
     stopped, expected = (
-        Member(told, Ensemble(2, 1e-3, 5), 1, tmp_path / name, False) for name in ("stopped", "expected")
+        Member(reported, Ensemble(2, 1e-3, 5), 1, tmp_path / name, False) for name in ("stopped", "expected")
     )
 
     def fly_and_die():

@@ -10,7 +10,7 @@ from test_bad_input import MISTAKES, SCENARIO
 
 import netdae as nd
 from netdae.scenario.schema import ScenarioData
-from netdae.tables import read_table
+from netdae.scenario.table_files import read_table
 
 ROOT = Path(__file__).parent.parent
 

@@ -5,7 +5,7 @@ import tomllib
 import numpy as np
 import pytest
 
-from netdae.errors import ScenarioError
+from netdae.core.errors import ScenarioError
 from netdae.scenario.build import Build
 from netdae.scenario.schema import ScenarioData
 
@@ -48,7 +48,7 @@ drum_inertia = 0.02
 
 def built(tmp_path, sections):
     data = ScenarioData.model_validate(tomllib.loads(SCENARIO.format(sections)))
-    return Build(tmp_path / "told.toml", "told", data).simulation()
+    return Build(tmp_path / "given.toml", "given", data).simulation()
 
 
 @pytest.mark.parametrize(
@@ -111,7 +111,7 @@ AFTER = ", after the end of the flight at 3 s"
 
 
 @pytest.mark.parametrize(
-    ("sections", "told"),
+    ("sections", "given"),
     [
         (f"{WINCH}begin = 2.5\n{OTHER}begin = 9.0", "[[closing]] 2: begin is 9 s"),
         (f"{WINCH}begin = 9.0", "[[closing]] 1: begin is 9 s"),
@@ -129,20 +129,20 @@ AFTER = ", after the end of the flight at 3 s"
         ),
     ],
 )
-def test_a_time_after_the_flight_is_told_once_by_section_number_and_key(tmp_path, sections, told):
+def test_a_time_after_the_flight_is_reported_once_by_section_number_and_key(tmp_path, sections, given):
     # nobody who reads it knows the numbers of drums
     (finding,) = built(tmp_path, sections).findings
-    assert finding == f"{told}{AFTER}"
+    assert finding == f"{given}{AFTER}"
 
 
-def test_a_table_that_drives_a_reel_beyond_the_flight_s_end_is_told_by_its_lock(tmp_path):
+def test_a_table_that_drives_a_reel_beyond_the_flight_s_end_is_reported_by_its_lock(tmp_path):
     (tmp_path / "paid.csv").write_text("t,paid_out\n2.0,0.0\n3.0,0.1\n")
     driven = TETHER.replace('payout = "braked"\nbrake_force = 0.2', 'payout = { file = "paid.csv" }')
     (finding,) = built(tmp_path, f"{driven}lock = 9.0").findings
     assert finding == f"[tether]: lock is 9 s{AFTER}"
 
 
-def test_a_closing_that_waits_for_no_event_is_told_by_its_number(tmp_path):
+def test_a_closing_that_waits_for_no_event_is_reported_by_its_number(tmp_path):
     with pytest.raises(ScenarioError, match=r"\[\[closing\]\] 2: .*no event 'alarm'"):
         built(tmp_path, f"{WINCH}{OTHER}begin = 'alarm'")
 

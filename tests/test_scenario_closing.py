@@ -1,4 +1,4 @@
-"""The sections [[closing]] of a scenario: what they make, and what is told where they are wrong."""
+"""The sections [[closing]] of a scenario: what they make, and what is given where they are wrong."""
 
 import tomllib
 
@@ -6,18 +6,17 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from netdae.closed import with_closings
-from netdae.closing import Drawcord, Winch
-from netdae.errors import InputError
-from netdae.net import CableNet
-from netdae.options import SolverOptions
-from netdae.scenario.closed import closing_of, closing_options
-from netdae.scenario.closing import ClosingEntry
+from netdae.core.errors import InputError
+from netdae.model.net import CableNet
+from netdae.model.state import State
+from netdae.scenario.closing import ClosingEntry, closing_of, closing_options
 from netdae.scenario.problems import bare, first_problem
 from netdae.scenario.reader import read_scenario
-from netdae.scenario.schema import Solver
 from netdae.scenario.section import Section
-from netdae.state import State
+from netdae.scenario.solver import Solver
+from netdae.solvers.options import SolverOptions
+from netdae.system.closing import Drawcord, Winch
+from netdae.system.closing_assembly import with_closings
 
 CORD = """
 youngs_modulus = 60e9
@@ -67,7 +66,7 @@ def closings_from(text):
     return [closing_of(entry, net_of(), BEGIN) for entry in entries]
 
 
-def told(text):
+def given(text):
     with pytest.raises(InputError) as error:
         closings_from(text)
     return bare(error.value)
@@ -186,8 +185,8 @@ def test_tolerances_are_those_of_the_slowest_closing_unless_they_are_given():
         ('rings = "border"', 'rings = "border"\nclosed = false\nfastened = false', "would slip out"),
     ],
 )
-def test_what_is_wrong_with_a_drawcord_is_told_in_one_line(was, now, found):
-    line = told(DRAWCORD.replace(was, now, 1))
+def test_what_is_wrong_with_a_drawcord_is_reported_in_one_line(was, now, found):
+    line = given(DRAWCORD.replace(was, now, 1))
     assert found in line
     assert "\n" not in line
 
@@ -210,7 +209,7 @@ def test_what_is_wrong_with_a_drawcord_is_told_in_one_line(was, now, found):
         ),
     ],
 )
-def test_what_is_wrong_with_a_winch_is_told_in_one_line(was, now, found):
-    line = told(WINCH.replace(was, now, 1))
+def test_what_is_wrong_with_a_winch_is_reported_in_one_line(was, now, found):
+    line = given(WINCH.replace(was, now, 1))
     assert found in line
     assert "\n" not in line

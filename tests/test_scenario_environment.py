@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 import netdae as nd
-from netdae import earth
-from netdae.errors import ScenarioError
+from netdae.core.errors import ScenarioError
+from netdae.forces import earth
 from netdae.forces.air import AirDrag, AirOnCables
 from netdae.forces.drag import BODY_DRAG, DragOnBodies
 from netdae.forces.free_molecular import FreeMolecularDrag, MolecularDrag
 from netdae.forces.loads import UniformLoad
 from netdae.forces.orbit import Orbit, OrbitForce
 from netdae.forces.solar import LightOnCables, SolarPressure, sun_over_orbit
-from netdae.signals import Function, Pulse
+from netdae.model.signals import Function, Pulse
 
 SCENARIO = """\
 [net]
@@ -60,7 +60,7 @@ def forces_of(folder, sections):
     return {NAMES[f.law.parameters]: f for f in forces if f.law.parameters in NAMES}
 
 
-def test_an_orbit_is_told_by_its_altitude_or_by_its_mean_motion(tmp_path):
+def test_an_orbit_is_reported_by_its_altitude_or_by_its_mean_motion(tmp_path):
     n = earth.mean_motion(600e3)
     for text in (ORBIT, f"[orbit]\nmean_motion = {n!r}\n"):
         forces = forces_of(tmp_path, text)
@@ -85,22 +85,25 @@ def test_drag_takes_air_and_stream_from_the_orbit(tmp_path):
 
 def test_drag_takes_its_density_from_a_table_at_the_altitude_of_the_orbit(tmp_path):
     (tmp_path / "air.csv").write_text("altitude,density\n500e3,1e-12\n700e3,1e-14\n", encoding="utf-8")
-    told = '[[loads]]\nkind = "drag"\ndensity = { file = "air.csv" }'
-    drag = forces_of(tmp_path, ORBIT + told)["drag"]
+    given = '[[loads]]\nkind = "drag"\ndensity = { file = "air.csv" }'
+    drag = forces_of(tmp_path, ORBIT + given)["drag"]
     # exponential between the rows: their geometric mean half-way
     np.testing.assert_allclose(drag.parameters.weight, 0.25 * 1e-13 * 2.2 * 2e-3, rtol=1e-12)
     for text, words in (
-        (told, "the altitude for the density table is missing"),
-        (ORBIT.replace("600e3", "900e3") + told, "air.csv: altitude is 900000 m, but the density table goes"),
+        (given, "the altitude for the density table is missing"),
+        (
+            ORBIT.replace("600e3", "900e3") + given,
+            "air.csv: altitude is 900000 m, but the density table goes",
+        ),
     ):
         with pytest.raises(ScenarioError, match=words):
             built(tmp_path, text)
 
 
-def test_drag_takes_what_it_is_told_before_what_the_orbit_tells(tmp_path):
-    told = 'density = 1e-11\nstream = [0, -7000, 100]\ndrag_coefficient = 2.6\ncables = "border"\ndiameter = 0.003'
+def test_drag_takes_what_it_is_reported_before_what_the_orbit_tells(tmp_path):
+    given = 'density = 1e-11\nstream = [0, -7000, 100]\ndrag_coefficient = 2.6\ncables = "border"\ndiameter = 0.003'
     for orbit in ("", ORBIT):
-        drag = forces_of(tmp_path, f'{orbit}[[loads]]\nkind = "drag"\n{told}')["drag"]
+        drag = forces_of(tmp_path, f'{orbit}[[loads]]\nkind = "drag"\n{given}')["drag"]
         np.testing.assert_allclose(drag.parameters.weight, 0.25 * 1e-11 * 2.6 * 3e-3, rtol=1e-12)
         np.testing.assert_array_equal(drag.signal(0.0), [0, -7000, 100])
         assert len(drag.nodes) == 8

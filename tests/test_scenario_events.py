@@ -9,7 +9,7 @@ import tomllib
 import pytest
 from pydantic import Field, ValidationError
 
-from netdae.errors import InputError
+from netdae.core.errors import InputError
 from netdae.events.event import NEEDS, Event, event_called
 from netdae.scenario.events import EventEntry, event_of
 from netdae.scenario.problems import first_problem

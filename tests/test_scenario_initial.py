@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from netdae.errors import InputError
-from netdae.initial import ejected, scaled
-from netdae.net import CableNet
+from netdae.core.errors import InputError
+from netdae.initial.accordion import accordion
+from netdae.initial.canister import Canister
+from netdae.initial.scaled import ejected, scaled
+from netdae.initial.star import star
+from netdae.model.net import CableNet
 from netdae.scenario.initial import Initial, start_of
 from netdae.scenario.problems import first_problem
-from netdae.stowing.accordion import accordion
-from netdae.stowing.canister import Canister
-from netdae.stowing.star import star
 
 NET = CableNet.square(side=5.0, cells=10)
 MASSES = {"corners": 0.5}
@@ -26,7 +26,7 @@ SHOT = '[[ejection]]\ngroup = "corners"\nspeed = 2.5\nhalf_angle_deg = 45\n'
 
 @contextmanager
 def section(name, number=None):
-    """Like a scenario's: errors are told by section and number."""
+    """Like a scenario's: errors are given by section and number."""
     try:
         yield
     except InputError as error:
@@ -113,7 +113,7 @@ def test_errors_and_release_times_reach_the_bullets():
     assert 0 < np.abs(angle - 45).max() < 5
 
 
-def test_a_stretched_or_collapsed_scaled_start_is_told():
+def test_a_stretched_or_collapsed_scaled_start_is_reported():
     (taut,) = begun("scale = [1.1, 1.0, 1.0]").findings
     # E11 = (1.1² − 1)/2
     assert "110 of 220 cables are taut at the start" in taut

@@ -1,4 +1,4 @@
-"""The section [tether] of a scenario: what it makes, and what is told where it is wrong."""
+"""The section [tether] of a scenario: what it makes, and what is given where it is wrong."""
 
 import tomllib
 from pathlib import Path
@@ -7,16 +7,15 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from netdae.errors import InputError
-from netdae.motions import Fixed, TableMotion
-from netdae.net import CableNet
+from netdae.core.errors import InputError
+from netdae.model.motions import Fixed, TableMotion
+from netdae.model.net import CableNet
+from netdae.model.state import State
 from netdae.scenario.problems import first_problem
-from netdae.scenario.schema import Solver
 from netdae.scenario.section import Section
-from netdae.scenario.tether import TetherEntry
-from netdae.scenario.tethered import tether_of
-from netdae.state import State
-from netdae.tethered import with_tether
+from netdae.scenario.solver import Solver
+from netdae.scenario.tether import TetherEntry, tether_of
+from netdae.system.tether_assembly import with_tether
 
 TETHER = """\
 [tether]
@@ -90,7 +89,7 @@ def test_a_fixed_chaser_needs_no_mass():
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "told"),
+    ("old", "new", "given"),
     [
         ('group = "corners"\n', "", "[tether] group is missing"),
         ("elements = 10", "elements = 0", "[tether] elements is 0, expected 1 or more"),
@@ -119,16 +118,16 @@ def test_a_fixed_chaser_needs_no_mass():
         ("\nslack", '\npayout = { file = "none.csv" }\nslack', "none.csv: the table cannot be read"),
     ],
 )
-def test_what_is_wrong_is_told_in_one_line(old, new, told):
+def test_what_is_wrong_is_reported_in_one_line(old, new, given):
     assert old in TETHER
     with pytest.raises(InputError) as error:
         tether_from(TETHER.replace(old, new))
-    assert told in str(error.value)
+    assert given in str(error.value)
     assert "\n" not in str(error.value)
 
 
 @pytest.mark.parametrize(
-    ("rows", "told"),
+    ("rows", "given"),
     [
         ("t,x,y,z\n1,0,0,0\n3,1,0,0\n", "the header is 't,x,y,z', expected t,paid_out or t,paid_out,rate"),
         (
@@ -139,8 +138,8 @@ def test_what_is_wrong_is_told_in_one_line(old, new, told):
         ("t,paid_out\n1,0\n1,1\n3,2\n", "reel.csv: it jumps at its first or last row"),
     ],
 )
-def test_a_table_of_pay_out_that_is_wrong_is_told(rows, told, tmp_path):
+def test_a_table_of_pay_out_that_is_wrong_is_reported(rows, given, tmp_path):
     (tmp_path / "reel.csv").write_text(rows)
     with pytest.raises(InputError) as error:
         tether_from(TETHER + 'payout = { file = "reel.csv" }\n', tmp_path)
-    assert told in str(error.value)
+    assert given in str(error.value)

@@ -1,4 +1,4 @@
-"""The scenarios that close a net, small: how far they close, their drums, their balances, what is told of them.
+"""The scenarios that close a net, small: how far they close, their drums, their balances, what is reported of them.
 
 What is wrong with a section [[closing]] is tested in test_scenario_closing; that the scenarios are read, checked, flown
 for a moment and ranked in test_scenario, test_cli and test_cli_forces.
@@ -16,10 +16,10 @@ import numpy as np
 import pytest
 
 from netdae.cli import main
+from netdae.model.state import State
 from netdae.scenario.build import Build
 from netdae.scenario.schema import ScenarioData
 from netdae.scenario.simulation import Simulation
-from netdae.state import State
 
 SCRIPTS = Path(__file__).resolve().parent.parent / "scripts"
 
@@ -86,19 +86,19 @@ def began(flight: Flight) -> float:
 @pytest.mark.parametrize("name", SMALL)
 def test_the_drums_turn_from_the_largest_mouth_on_at_their_speed_and_end_at_their_stop(name: str) -> None:
     flight = flown(name)
-    told, wound = SMALL[name], drums_of(flight)
+    reported, wound = SMALL[name], drums_of(flight)
     widest = flight.simulation.metrics.summary()["largest_mouth_area_time"]
     begin, t = began(flight), np.array([state.t for state in flight.states])
     assert widest < begin < widest + 0.1
     assert not wound[t < begin].any()
     # a pawl gives way by its creep speed only, a hundredth of the motor's at the motor's force
-    assert (np.diff(wound[t > begin], axis=0) > -0.03 * told["speed"] * np.diff(t).max()).all()
+    assert (np.diff(wound[t > begin], axis=0) > -0.03 * reported["speed"] * np.diff(t).max()).all()
     # what the net throws at a drum, it takes up faster; the motor alone is never faster than its speed
-    reached = told["speed"] * (t[t > begin] - begin)
+    reached = reported["speed"] * (t[t > begin] - begin)
     assert (wound[t > begin] <= reached[:, None] * 1.02 + 1e-3).all()
     longest, force, left = (9.6, 20.0, 2.4) if name == "closing_drawcord" else (2.5, 10.0, 0.5)
     # the stop gives way to the motor as what is left of the cord would
-    stretch = force / (told["youngs_modulus"] * math.pi / 4 * 1.5e-3**2 / left)
+    stretch = force / (reported["youngs_modulus"] * math.pi / 4 * 1.5e-3**2 / left)
     assert (wound[-1] > longest - 0.01).all()
     assert (wound[-1] < longest + 1.05 * stretch).all()
 
@@ -128,11 +128,11 @@ def test_momentum_changes_by_the_impulse_of_the_orbit(name: str) -> None:
     scale = max(float(system.spatial_mass @ np.linalg.norm(state.v, axis=1)) for state in flight.states)
     left = np.array(
         [
-            system.momentum(state.v) - system.momentum(start.v) - state.books.external_impulse
+            system.momentum(state.v) - system.momentum(start.v) - state.balance.external_impulse
             for state in flight.states
         ]
     )
-    given = max(float(np.linalg.norm(state.books.external_impulse)) for state in flight.states)
+    given = max(float(np.linalg.norm(state.balance.external_impulse)) for state in flight.states)
     assert given > 1e-4 * scale
     # measured: 3e-11 and 7e-10; the orbit's impulse comes by quadrature over the steps
     np.testing.assert_allclose(left, 0.0, atol=1e-8 * scale)
@@ -145,10 +145,10 @@ def test_energy_is_kept_but_for_the_motors_work_and_the_dampers(name: str) -> No
 
     def total(state: State) -> float:
         stored = system.kinetic_energy(state.v) + system.elastic_energy(state.x)
-        return float(stored + state.books.dissipated_energy - state.books.external_work)
+        return float(stored + state.balance.dissipated_energy - state.balance.external_work)
 
     largest = max(system.kinetic_energy(state.v) for state in flight.states)
-    work = flight.states[-1].books.external_work
+    work = flight.states[-1].balance.external_work
     assert work > 0.01 * largest
     totals = np.array([total(state) for state in flight.states])
     # measured: 0.02 % and 0.1 %, which is the integrator's own: a tenth of it with a tenth of the tolerances
@@ -156,7 +156,7 @@ def test_energy_is_kept_but_for_the_motors_work_and_the_dampers(name: str) -> No
 
 
 @pytest.mark.parametrize("name", SMALL)
-def test_the_tolerances_that_the_speed_asks_for_are_told(name: str) -> None:
+def test_the_tolerances_that_the_speed_asks_for_are_reported(name: str) -> None:
     simulation, speed = small(name), SMALL[name]["speed"]
     assert simulation.options.tolerances == pytest.approx((1e-5, 1e-7 * speed, 1e-5 * speed))
     (note,) = simulation.notes
@@ -165,7 +165,7 @@ def test_the_tolerances_that_the_speed_asks_for_are_told(name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "was", "now", "told"),
+    ("name", "was", "now", "reported"),
     [
         (
             "closing_drawcord",
@@ -184,7 +184,7 @@ def test_the_tolerances_that_the_speed_asks_for_are_told(name: str) -> None:
     ],
 )
 def test_a_mistake_is_one_line(
-    name: str, was: str, now: str, told: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    name: str, was: str, now: str, reported: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     text = (SCRIPTS / f"{name}.toml").read_text(encoding="utf-8")
     assert text.count(was) == 1
@@ -194,4 +194,4 @@ def test_a_mistake_is_one_line(
     shown = capsys.readouterr()
     assert shown.out == ""
     assert shown.err.count("\n") == 1
-    assert told in shown.err
+    assert reported in shown.err

@@ -16,13 +16,13 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from netdae import earth
-from netdae._arrays import FloatArray
 from netdae.cli import main
+from netdae.core.arrays import FloatArray
+from netdae.forces import earth
+from netdae.model.state import State
 from netdae.scenario.build import Build
 from netdae.scenario.schema import ScenarioData
 from netdae.scenario.simulation import Simulation
-from netdae.state import State
 
 SCRIPTS = Path(__file__).resolve().parent.parent / "scripts"
 
@@ -73,9 +73,9 @@ class Flight(NamedTuple):
 
     def total(self, state: State) -> float:
         """Kinetic, elastic and dissipated energy less the external work, J."""
-        system, books = self.simulation.system, state.books
+        system, balance = self.simulation.system, state.balance
         stored = system.kinetic_energy(state.v) + system.elastic_energy(state.x)
-        return stored + books.dissipated_energy - books.external_work
+        return stored + balance.dissipated_energy - balance.external_work
 
 
 def small(name: str, edits: Edits) -> Simulation:
@@ -132,7 +132,7 @@ def test_momentum_changes_by_the_impulse_from_outside(name: str, method: str) ->
     flight = flown(name, method)
     system, start = flight.simulation.system, flight.states[0]
     error = [
-        system.momentum(state.v) - system.momentum(start.v) - state.books.external_impulse
+        system.momentum(state.v) - system.momentum(start.v) - state.balance.external_impulse
         for state in flight.states
     ]
     allowed = BALANCE[name] * scale_of_momentum(flight)
@@ -145,7 +145,7 @@ def test_angular_momentum_changes_by_the_angular_impulse_from_outside(name: str,
     system, start = flight.simulation.system, flight.states[0]
     before = system.angular_momentum(start.x, start.v)
     error = [
-        system.angular_momentum(state.x, state.v) - before - state.books.external_angular_impulse
+        system.angular_momentum(state.x, state.v) - before - state.balance.external_angular_impulse
         for state in flight.states
     ]
     allowed = BALANCE[name] * scale_of_angular_momentum(flight)
@@ -177,10 +177,10 @@ def test_two_methods_tell_the_same(name: str) -> None:
 @pytest.mark.parametrize(("name", "method"), FLIGHTS)
 def test_events_come_in_their_order(name: str, method: str) -> None:
     flight = flown(name, method)
-    book = flight.simulation.events
-    assert book is not None
-    assert [record["name"] for record in book.records] == EVENTS[name]
-    found = [record["found"] for record in book.records]
+    detector = flight.simulation.events
+    assert detector is not None
+    assert [record["name"] for record in detector.records] == EVENTS[name]
+    found = [record["found"] for record in detector.records]
     assert found == sorted(found)
     assert found[-1] <= flight.states[-1].t
     if name in ("ground_drop", "parabolic_flight"):  # which their last event ends
@@ -223,9 +223,9 @@ def test_net_tether_and_chaser_move_together_as_one_mass_in_orbit(method: str) -
     n = earth.mean_motion(600e3)
     start = flight.states[0]
     for state in flight.states:
-        told = coasted(n, state.t, share @ start.x, share @ start.v)
+        reported = coasted(n, state.t, share @ start.x, share @ start.v)
         # the orbit moves the 402 kg by 5 µm, which IDA's tolerances leave uncertain by a nanometre
-        np.testing.assert_allclose([share @ state.x, share @ state.v], told, rtol=0, atol=1e-8)
+        np.testing.assert_allclose([share @ state.x, share @ state.v], reported, rtol=0, atol=1e-8)
 
 
 def coasted(n: float, t: float, r: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -247,9 +247,9 @@ def coasted(n: float, t: float, r: FloatArray, v: FloatArray) -> tuple[FloatArra
 @pytest.mark.parametrize("method", METHODS)
 def test_the_tether_is_paid_out_once_taut_and_held_once_locked(method: str) -> None:
     flight = flown("star_orbit", method)
-    system, book = flight.simulation.system, flight.simulation.events
-    assert book is not None
-    taut, _, lock = (record["found"] for record in book.records)
+    system, detector = flight.simulation.system, flight.simulation.events
+    assert detector is not None
+    taut, _, lock = (record["found"] for record in detector.records)
     (reel,) = system.net.nodes_of("reel")
     t = np.array([state.t for state in flight.states])
     s = np.array([state.x[reel, 0] for state in flight.states])
@@ -270,7 +270,7 @@ def test_a_net_hangs_until_it_is_let_go_and_falls_slower_than_in_a_vacuum() -> N
         moved = np.abs(state.x[corners] - start.x[corners]).max()
         assert (moved == 0.0) == (state.t <= 0.6)
     fall = system.spatial_mass @ (start.x - last.x)[:, 2]
-    assert 0.0 < last.books.external_work < 9.81 * fall
+    assert 0.0 < last.balance.external_work < 9.81 * fall
 
 
 def test_a_net_in_a_parabola_takes_up_what_the_table_tells() -> None:
@@ -283,16 +283,16 @@ def test_a_net_in_a_parabola_takes_up_what_the_table_tells() -> None:
     g = np.column_stack([np.interp(times, table[:, 0], column) for column in table[:, 1:].T])
     system = vacuum.system
     gained = system.momentum(states[-1].v) - system.momentum(states[0].v)
-    told = system.mass.sum() * np.trapezoid(g, times, axis=0)
+    reported = system.mass.sum() * np.trapezoid(g, times, axis=0)
     allowed = BALANCE[name] * scale_of_momentum(Flight(vacuum, states))
-    assert np.linalg.norm(told) > 30 * allowed
-    np.testing.assert_allclose(gained, told, atol=allowed)
+    assert np.linalg.norm(reported) > 30 * allowed
+    np.testing.assert_allclose(gained, reported, atol=allowed)
     # with air it arrives later
     assert flown(name, "explicit").states[-1].t > end + 0.005
 
 
 def test_the_table_of_the_parabola_has_the_levels_that_are_published() -> None:
-    """1.8 g for 20 s, and what is left then: the sources are told in parabolic_flight.toml."""
+    """1.8 g for 20 s, and what is left then: the sources are reported in parabolic_flight.toml."""
     t, x, y, z = np.genfromtxt(SCRIPTS / "parabolic_flight.csv", delimiter=",", skip_header=1).T
     floating = (t >= 24) & (t <= 45.95)
     assert t[floating][-1] - t[floating][0] > 21.0
@@ -304,7 +304,7 @@ def test_the_table_of_the_parabola_has_the_levels_that_are_published() -> None:
         np.testing.assert_allclose(z[pulled] / -9.81, 1.8, atol=0.05)
 
 
-# What the issue names as bad input: (scenario, text, what stands there instead, what is told)
+# What the issue names as bad input: (scenario, text, what stands there instead, what is reported)
 BAD = {
     "canister too narrow": (
         "accordion_shot",
@@ -375,7 +375,7 @@ BAD = {
 def test_a_mistake_is_one_line_and_exit_code_2(
     verb: str, mistake: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    name, old, new, told = BAD[mistake]
+    name, old, new, reported = BAD[mistake]
     text = (SCRIPTS / f"{name}.toml").read_text(encoding="utf-8")
     assert text.count(old) == 1
     file = tmp_path / f"{name}.toml"
@@ -386,5 +386,5 @@ def test_a_mistake_is_one_line_and_exit_code_2(
     shown = capsys.readouterr()
     assert shown.out == ""
     assert shown.err.count("\n") == 1
-    assert re.search(told, shown.err), shown.err
+    assert re.search(reported, shown.err), shown.err
     assert not (tmp_path / "out").exists()

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from netdae.errors import InputError
-from netdae.motions import Fixed, FunctionMotion, TableMotion, check_derivatives
-from netdae.signals import Constant, Function, Pulse, Table, signal_of
+from netdae.core.errors import InputError
+from netdae.model.motions import Fixed, FunctionMotion, TableMotion, check_derivatives
+from netdae.model.signals import Constant, Function, Pulse, Table, signal_of
 
 BEFORE, AFTER = (lambda t: math.nextafter(t, -math.inf)), (lambda t: math.nextafter(t, math.inf))
 
@@ -72,12 +72,12 @@ def test_a_cubic_table_is_a_natural_spline_from_jump_to_jump():
         ([0.0, math.inf], np.zeros((2, 3)), "row 2"),
     ],
 )
-def test_a_table_that_cannot_be_joined_is_told_with_its_row(times, values, words):
+def test_a_table_that_cannot_be_joined_is_reported_with_its_row(times, values, words):
     with pytest.raises(InputError, match=words):
         Table(times, values)
 
 
-def test_other_wrong_signals_are_told():
+def test_other_wrong_signals_are_reported():
     with pytest.raises(InputError, match="quintic"):
         Table([0.0, 1.0], np.zeros((2, 3)), "quintic")
     with pytest.raises(InputError, match="end come after"):
@@ -148,7 +148,7 @@ def test_a_motion_by_functions_and_no_motion():
     assert Fixed().covers(-1e9, 1e9)
 
 
-def test_wrong_motions_are_told():
+def test_wrong_motions_are_reported():
     with pytest.raises(InputError, match="position cannot jump"):
         TableMotion([0.0, 1.0, 1.0, 2.0], np.zeros((4, 3)))
     with pytest.raises(InputError, match="leave them out"):
@@ -157,7 +157,7 @@ def test_wrong_motions_are_told():
 
 @pytest.mark.parametrize("name", ["displacement", "velocity", "acceleration"])
 @pytest.mark.parametrize("value", [[1.0, 2.0], 0.0, np.zeros((1, 3))])
-def test_a_function_of_a_motion_that_gives_anything_but_three_numbers_is_told(name, value):
+def test_a_function_of_a_motion_that_gives_anything_but_three_numbers_is_reported(name, value):
     functions = {each: lambda t: [0, 0, 0] for each in ("displacement", "velocity", "acceleration")}
     with pytest.raises(InputError, match=rf"motion: the {name} at t = 0\.5 s is .*three numbers"):
         FunctionMotion(**{**functions, name: lambda t: value}).at(0.5)
@@ -238,7 +238,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("name", WRONG)
-def test_a_derivative_that_does_not_belong_is_told_with_its_time(name):
+def test_a_derivative_that_does_not_belong_is_reported_with_its_time(name):
     motion, which = WRONG[name]
     with pytest.raises(
         InputError, match=rf"its {which} is \[.* at t = [\d.e-]+ s, but its .* changes at the rate"

@@ -5,15 +5,15 @@ import pytest
 from numpy.random import default_rng
 from scipy.integrate import solve_ivp
 
-from netdae.damping import Dashpot, NoDamping, Rayleigh
-from netdae.flight import simulate
 from netdae.forces.loads import Gravity
-from netdae.material import Material
-from netdae.net import CableNet
-from netdae.options import SolverOptions
-from netdae.restraints import Restraint
-from netdae.state import State
-from netdae.system import System
+from netdae.model.material import Material
+from netdae.model.net import CableNet
+from netdae.model.restraints import Restraint
+from netdae.model.state import State
+from netdae.solvers.flight import simulate
+from netdae.solvers.options import SolverOptions
+from netdae.system.damping import Dashpot, NoDamping, Rayleigh
+from netdae.system.system import System
 
 E, RHO, DIAMETER = 1e7, 1000.0, 2e-3  # a rubber cord: the waves of a 1 m net take 10 ms
 AREA = np.pi / 4 * DIAMETER**2

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from shots import shot
 
 import netdae as nd
 from netdae.cli import main
@@ -48,8 +49,8 @@ def test_a_body_on_a_spring_to_the_ground_swings_as_in_textbooks(method):
         flight.positions[:, 1], exact, rtol=0, atol=1e-4 if method == "explicit" else 1e-6
     )
     stored = 0.5 * K * aside @ aside
-    assert flight[-1].books.dissipated_energy > 0.5 * stored
-    assert flight[-1].books.external_work == 0.0  # the ground does not move
+    assert flight[-1].balance.dissipated_energy > 0.5 * stored
+    assert flight[-1].balance.external_work == 0.0  # the ground does not move
     assert np.abs(metrics.table()["energy_residual"]).max() < 1e-3 * stored
     assert abs(metrics.summary()["momentum_residual"]) < 1e-3 * M * 2.0  # what the ground gives is booked
 
@@ -71,46 +72,25 @@ def test_two_bodies_on_a_spring_swing_about_their_middle_and_keep_both_momenta(m
     np.testing.assert_allclose(turned[1], turned[0], rtol=0, atol=1e-7)  # of 0.2 N m s
 
 
-SCENARIO = """
-title = "soft hold"
-[net]
-kind = "square"
-side = 1.0
-cells = 4
-[[material]]
-youngs_modulus = 1e8
-density = 1390
-diameter = 1e-3
-[damping]
-kind = "dashpot"
-viscosity_time = 1e-4
-[[masses]]
-group = "corners"
-mass = 0.05
-[initial]
-scale = [0.8, 0.8, 1.0]
-[[initial.ejection]]
-group = "corners"
-speed = 2.0
-half_angle_deg = 60
-[[loads]]
-kind = "spring"
-group = "centre"
-stiffness = 50.0
-viscosity = 0.2
-{more}
-[solver]
-method = "{method}"
-end = 0.2
-[output]
-frames = 3
-"""
+def held(method="ida", more=""):
+    """Text of a shot whose centre is held softly; `more` keys of the spring."""
+    spring = f'[[loads]]\nkind = "spring"\ngroup = "centre"\nstiffness = 50.0\nviscosity = 0.2\n{more}\n'
+    return shot(
+        title="soft hold",
+        youngs_modulus="1e8",
+        speed=2.0,
+        sections=spring,
+        method=method,
+        end=0.2,
+        accuracy=None,
+        frames=3,
+    )
 
 
 @pytest.mark.parametrize("method", ["ida", "explicit"])
 def test_a_scenario_holds_the_centre_softly_and_is_checked_and_resumed(method, tmp_path, capsys):
     file = tmp_path / "hold.toml"
-    file.write_text(SCENARIO.format(method=method, more=""), encoding="utf-8")
+    file.write_text(held(method), encoding="utf-8")
     assert main(["check", str(file)]) == 0, capsys.readouterr()
     assert main(["run", str(file), "-o", str(tmp_path / "out")]) == 0
     system = nd.read_scenario(file).build().system
@@ -123,7 +103,7 @@ def test_a_scenario_holds_the_centre_softly_and_is_checked_and_resumed(method, t
 
 
 @pytest.mark.parametrize(
-    ("more", "told"),
+    ("more", "reported"),
     [
         ('to = "corners"', "the group 'corners' has 4 nodes: name one of a single node"),
         ('to = "centre"', "is in 'centre' and in 'centre': join two nodes"),
@@ -135,17 +115,39 @@ def test_a_scenario_holds_the_centre_softly_and_is_checked_and_resumed(method, t
         ("rest_length = -1.0", "rest_length"),
     ],
 )
-def test_a_spring_that_cannot_be_is_refused_in_one_line(more, told, tmp_path, capsys):
+def test_a_spring_that_cannot_be_is_refused_in_one_line(more, reported, tmp_path, capsys):
     file = tmp_path / "hold.toml"
-    file.write_text(SCENARIO.format(method="ida", more=more), encoding="utf-8")
+    file.write_text(held(more=more), encoding="utf-8")
     assert main(["run", str(file), "-o", str(tmp_path / "out")]) == 2
     error = capsys.readouterr().err
-    assert told in error
+    assert reported in error
     assert error.count("\n") == 1
 
 
 def test_springs_are_ranked_beside_other_forces(tmp_path, capsys):
     file = tmp_path / "hold.toml"
-    file.write_text(SCENARIO.format(method="ida", more=""), encoding="utf-8")
+    file.write_text(held(), encoding="utf-8")
     assert main(["forces", str(file)]) == 0
     assert "springs" in capsys.readouterr().out
+
+
+def test_springs_on_all_nodes_beside_a_closing_are_refused(tmp_path, capsys):
+    """Its drums would be held too."""
+    text = held().replace('group = "centre"', 'group = "all"', 1)
+    closing = """
+[[closing]]
+kind = "winch"
+first = [0]
+second = [4]
+speed = 1.0
+force = 10.0
+final_length = 0.5
+begin = 0.01
+youngs_modulus = 1e9
+density = 1140.0
+diameter = 1.5e-3
+"""
+    file = tmp_path / "hold.toml"
+    file.write_text(text + closing, encoding="utf-8")
+    assert main(["check", str(file)]) == 2
+    assert "group 'all' has the tether, the chaser and all drums in it too" in capsys.readouterr().err

@@ -5,17 +5,17 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from netdae.damping import Dashpot, NoDamping
-from netdae.errors import InputError
+from netdae.core.errors import InputError
 from netdae.forces.loads import Gravity, NodalLoad
-from netdae.integration import integrate
-from netdae.material import Material
-from netdae.motions import TableMotion
-from netdae.net import CableNet
-from netdae.options import SolverOptions
-from netdae.restraints import Restraint
-from netdae.state import State
-from netdae.system import System
+from netdae.model.material import Material
+from netdae.model.motions import TableMotion
+from netdae.model.net import CableNet
+from netdae.model.restraints import Restraint
+from netdae.model.state import State
+from netdae.solvers.driver import integrate
+from netdae.solvers.options import SolverOptions
+from netdae.system.damping import Dashpot, NoDamping
+from netdae.system.system import System
 
 CORD = Material(youngs_modulus=1e6, density=1000.0, diameter=2e-3)
 METHODS = ["ida", "explicit", "cvode_bdf", "dop853"]
@@ -44,7 +44,7 @@ class Noted(NamedTuple):
 
 
 class AtTime:
-    """Finder of one event at a given time: what a clock would find."""
+    """EventSearch of one event at a given time: what a clock would find."""
 
     needs_every_step = False
 
@@ -82,17 +82,17 @@ def test_a_released_bullet_flies_from_its_time_on(method):
         # closed forms; the explicit method is exact for them, the others within their tolerance
         np.testing.assert_allclose(state.x[1], [1, 3 * free, 0], atol=1e-8)
         np.testing.assert_allclose(state.x[0], [0.25 / m * state.t**2, 0, 0], atol=1e-8)
-    books = states[-1].books
+    balance = states[-1].balance
     np.testing.assert_allclose(flight.impulses[0][1], [0, 3 * m, 0], rtol=1e-12)
     assert flight.impulses[0][0] == 0.25
-    np.testing.assert_allclose(books.external_impulse, system.momentum(states[-1].v), rtol=0, atol=1e-8)
+    np.testing.assert_allclose(balance.external_impulse, system.momentum(states[-1].v), rtol=0, atol=1e-8)
     np.testing.assert_allclose(
-        books.external_angular_impulse,
+        balance.external_angular_impulse,
         system.angular_momentum(states[-1].x, states[-1].v),
         rtol=0,
         atol=1e-8,
     )
-    assert books.external_work == pytest.approx(system.kinetic_energy(states[-1].v), rel=1e-7)
+    assert balance.external_work == pytest.approx(system.kinetic_energy(states[-1].v), rel=1e-7)
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -105,8 +105,8 @@ def test_a_restraint_that_begins_stops_a_node_where_it_is(method):
     np.testing.assert_allclose(last.x[1], [1, 0.45, 0], atol=1e-8)
     assert (last.v[1] == 0).all()
     m = system.mass[1]
-    np.testing.assert_allclose(last.books.external_impulse, [0, -1.5 * m, 0], atol=1e-8)
-    assert last.books.external_work == pytest.approx(-0.5 * m * 1.5**2, rel=1e-7)
+    np.testing.assert_allclose(last.balance.external_impulse, [0, -1.5 * m, 0], atol=1e-8)
+    assert last.balance.external_work == pytest.approx(-0.5 * m * 1.5**2, rel=1e-7)
 
 
 def test_a_motion_that_begins_late_counts_from_where_it_takes_the_node():
@@ -146,14 +146,14 @@ def test_an_event_without_consequence_changes_no_bit_of_a_flight():
         noted = list(integrate(system, start, times, options=SolverOptions(method), events=AtTime(0.0123)))
         for one, other in zip(plain, noted, strict=True):
             np.testing.assert_array_equal(one.x, other.x)
-            assert one.books == other.books
+            assert one.balance == other.balance
 
 
 def shot():
     """A small net shot by its corners, one of which is held back for 4 ms, in gravity that sets in late."""
     net = CableNet.square(side=1.0, cells=3)
     held = int(net.nodes_of("corners")[2])
-    from netdae.initial import ejected, scaled
+    from netdae.initial.scaled import ejected, scaled
 
     net, start = scaled(net, (0.8, 0.8, 1.0))
     start = ejected(net, start, "corners", speed=6.0, half_angle_deg=50.0)
@@ -176,7 +176,7 @@ class Steps:
         self.seen = []
 
     def __call__(self, state):
-        self.seen.append((state.t, state.x.copy(), state.books))
+        self.seen.append((state.t, state.x.copy(), state.balance))
 
 
 @pytest.mark.parametrize("frames", [1, 2, 5, 15, 16])
@@ -195,7 +195,7 @@ def test_an_explicit_flight_goes_on_bit_for_bit(frames):
     for one, other in zip(whole, got, strict=True):
         np.testing.assert_array_equal(one.x, other.x)
         np.testing.assert_array_equal(one.v, other.v)
-        assert one.books == other.books
+        assert one.balance == other.balance
     assert [each[0] for each in parts.seen] == [each[0] for each in whole_steps.seen]
     for one, other in zip(whole_steps.seen, parts.seen, strict=True):
         np.testing.assert_array_equal(one[1], other[1])
@@ -219,7 +219,7 @@ def test_an_ida_flight_goes_on_within_its_tolerance(frames):
     for one, other in zip(whole, got, strict=True):
         np.testing.assert_allclose(one.x, other.x, rtol=0, atol=1e-6)
         change = system.momentum(other.v) - system.momentum(start.v)
-        np.testing.assert_allclose(change, other.books.external_impulse, rtol=0, atol=1e-7)
+        np.testing.assert_allclose(change, other.balance.external_impulse, rtol=0, atol=1e-7)
 
 
 def test_a_memory_holds_the_events():

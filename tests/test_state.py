@@ -1,17 +1,17 @@
-"""Trajectories on disk: what is written is read, and what is none is told in one line."""
+"""Trajectories on disk: what is written is read, and what is none is reported in one line."""
 
 import numpy as np
 import pytest
 
-from netdae.errors import InputError
-from netdae.state import Books, State, Trajectory
+from netdae.core.errors import InputError
+from netdae.model.state import EnergyBalance, State, Trajectory
 
 
 def trajectory():
     rng = np.random.default_rng(0)
     return Trajectory.of(
         [
-            State(t, *rng.standard_normal((3, 40, 3)), Books(t, 2 * t, (t, 0.0, -t), 3 * t))
+            State(t, *rng.standard_normal((3, 40, 3)), EnergyBalance(t, 2 * t, (t, 0.0, -t), 3 * t))
             for t in (0.0, 0.1, 0.3)
         ]
     )
@@ -23,7 +23,7 @@ def test_a_trajectory_is_read_as_it_was_written_from_file_and_folder(tmp_path):
     for source in (tmp_path, tmp_path / "trajectory.npz"):
         read = Trajectory.load(source)
         for one, other in zip(flight, read, strict=True):
-            assert (one.t, one.books) == (other.t, other.books)
+            assert (one.t, one.balance) == (other.t, other.balance)
             for name in "xva":
                 np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
     assert [path.name for path in tmp_path.iterdir()] == ["trajectory.npz"]
@@ -43,7 +43,7 @@ def with_a_wrong_byte(content):
     [cut_off, with_a_wrong_byte, lambda content: b"", lambda content: b"PK\3\4", lambda content: b"no zip"],
     ids=["cut off", "wrong byte", "empty", "head of a zip", "text"],
 )
-def test_a_damaged_trajectory_is_told_in_one_line(damage, tmp_path):
+def test_a_damaged_trajectory_is_reported_in_one_line(damage, tmp_path):
     file = tmp_path / "trajectory.npz"
     trajectory().save(file)
     file.write_bytes(damage(file.read_bytes()))

@@ -7,8 +7,8 @@ from numpy.random import default_rng
 from scipy.linalg import eigh, eigvalsh
 
 import netdae as nd
-from netdae import statics
-from netdae.forces.protocol import Account, Tangent
+from netdae.forces.force import Account, Tangent
+from netdae.solvers import statics
 
 GRAVITY = nd.Gravity([0.0, 0.0, -9.81])
 CORNERS = nd.Restraint("corners")

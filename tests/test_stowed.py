@@ -19,13 +19,13 @@ from scipy.spatial import cKDTree
 from scipy.spatial.distance import pdist
 from scipy.spatial.transform import Rotation
 
-from netdae.errors import InputError
-from netdae.net import CableNet
-from netdae.state import State
-from netdae.stowing.accordion import accordion, meander
-from netdae.stowing.canister import Canister, Plane, check_pack, stretch_of, taut_finding, together_finding
-from netdae.stowing.opening import crossings_of, opening_finding
-from netdae.stowing.star import star
+from netdae.core.errors import InputError
+from netdae.initial.accordion import accordion, meander
+from netdae.initial.canister import Canister, Plane, check_pack, stretch_of, taut_finding, together_finding
+from netdae.initial.opening import crossings_of, opening_finding
+from netdae.initial.star import star
+from netdae.model.net import CableNet
+from netdae.model.state import State
 
 ROUND_OFF = 1e-12  # coordinates of metres, a few operations each
 
@@ -232,7 +232,7 @@ def test_a_net_in_any_plane_is_folded_in_its_plane():
     assert Plane.of(net).axes == pytest.approx(np.eye(3))
 
 
-def test_told_sizes_are_enough_and_less_is_not():
+def test_reported_sizes_are_enough_and_less_is_not():
     net = CableNet.square(side=5.0, cells=10)
     cases = [
         (lambda size: accordion(net, Canister(depth=0.3, side=size), folds=(5, 3)), "side"),
@@ -251,20 +251,20 @@ def test_told_sizes_are_enough_and_less_is_not():
             fold(0.02)
         line = str(caught.value)
         assert "\n" not in line
-        (told,) = re.findall(rf"give a {key} of ([0-9.]+) m at least", line)
-        fold(float(told))
-        with pytest.raises(InputError, match=rf"give a {key} of {told} m at least"):
-            fold(0.998 * float(told))  # the size is told in four digits
+        (reported,) = re.findall(rf"give a {key} of ([0-9.]+) m at least", line)
+        fold(float(reported))
+        with pytest.raises(InputError, match=rf"give a {key} of {reported} m at least"):
+            fold(0.998 * float(reported))  # the size is reported in four digits
 
 
-def test_a_round_canister_holds_the_accordion_that_it_is_told_for():
+def test_a_round_canister_holds_the_accordion_that_it_is_reported_for():
     net = CableNet.square(side=5.0, cells=10)
     with pytest.raises(InputError, match="give a diameter") as caught:
         accordion(net, Canister(depth=0.3, diameter=0.1), folds=(7, 5))
-    told = float(re.findall(r"give a diameter of ([0-9.]+) m", str(caught.value))[0])
-    x = accordion(net, Canister(depth=0.3, diameter=told), folds=(7, 5))[1].x[:, :2]
+    reported = float(re.findall(r"give a diameter of ([0-9.]+) m", str(caught.value))[0])
+    x = accordion(net, Canister(depth=0.3, diameter=reported), folds=(7, 5))[1].x[:, :2]
     reach = np.linalg.norm(x - (x.min(axis=0) + x.max(axis=0)) / 2, axis=1).max()
-    assert told / 2 * 0.998 < reach <= told / 2
+    assert reported / 2 * 0.998 < reach <= reported / 2
     assert x.min(axis=0) == pytest.approx(-x.max(axis=0), abs=ROUND_OFF)  # in the middle of the canister
 
 

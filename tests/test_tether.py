@@ -5,20 +5,20 @@ import pytest
 from conftest import CORD, SOFT
 from numpy.random import default_rng
 
-from netdae.damping import Dashpot
-from netdae.errors import InputError
-from netdae.flight import simulate
+from netdae.core.errors import InputError
 from netdae.forces.loads import NodalLoad
-from netdae.initial import ejected, scaled
-from netdae.material import Material
-from netdae.motions import Fixed, TableMotion
-from netdae.mouth import mouth_of
-from netdae.net import CableNet
-from netdae.options import SolverOptions
-from netdae.state import State
-from netdae.system import System
-from netdae.tether import Chaser, Tether, own_nodes_of
-from netdae.tethered import with_tether
+from netdae.initial.scaled import ejected, scaled
+from netdae.model.material import Material
+from netdae.model.motions import Fixed, TableMotion
+from netdae.model.mouth import mouth_of
+from netdae.model.net import CableNet
+from netdae.model.state import State
+from netdae.model.tether import Chaser, Tether, own_nodes_of
+from netdae.solvers.flight import simulate
+from netdae.solvers.options import SolverOptions
+from netdae.system.damping import Dashpot
+from netdae.system.system import System
+from netdae.system.tether_assembly import with_tether
 
 LINE = Material(youngs_modulus=1e9, density=1000.0, diameter=2e-3)
 """EA 3.1 kN, 3.1 g/m."""
@@ -129,7 +129,7 @@ def test_the_tether_starts_with_the_chaser():
     np.testing.assert_array_equal(found.start.v[added], np.broadcast_to([0.1, 0.0, -0.2], (6, 3)))
 
 
-def test_mass_that_pay_out_leaves_behind_is_told():
+def test_mass_that_pay_out_leaves_behind_is_reported():
     assert tether().mass_left(100.0) == pytest.approx(1000 * np.pi * 1e-6 * 100, rel=1e-14)
     by_length = Material(youngs_modulus=1e9, linear_density=0.002, area=1e-6)
     assert tether(material=by_length).mass_left(50.0) == pytest.approx(0.1, rel=1e-14)
@@ -260,7 +260,7 @@ def test_a_lock_ends_a_driven_reel():
     np.testing.assert_allclose(paid_out(flight), [0.0, 0.1, 0.15, 0.15], rtol=0, atol=1e-12)
 
 
-def test_an_empty_group_is_told():
+def test_an_empty_group_is_reported():
     net, start = net_and_start()
     bare = CableNet(net.nodes, net.cables, {"hook": []}, rest_length=net.rest_length)
     with pytest.raises(InputError, match="tether: the node group 'hook' is empty: name the node"):
@@ -268,7 +268,7 @@ def test_an_empty_group_is_told():
 
 
 @pytest.mark.parametrize(
-    ("changes", "told"),
+    ("changes", "reported"),
     [
         ({"group": "hook"}, "there is no node group 'hook'"),
         ({"slack": None, "length": 2.0}, "it is 2 m long, but the chaser stands 3.00832 m away"),
@@ -284,13 +284,13 @@ def test_an_empty_group_is_told():
         ),
     ],
 )
-def test_a_tether_that_cannot_be_tied_is_refused(changes, told):
-    with pytest.raises(InputError, match=told):
+def test_a_tether_that_cannot_be_tied_is_refused(changes, reported):
+    with pytest.raises(InputError, match=reported):
         tied(**changes)
 
 
 @pytest.mark.parametrize(
-    ("make", "told"),
+    ("make", "reported"),
     [
         (lambda: tether(elements=0), "elements is 0"),
         (lambda: tether(length=3.0), "just one of length and slack"),
@@ -313,12 +313,12 @@ def test_a_tether_that_cannot_be_tied_is_refused(changes, told):
         (lambda: Chaser(AT, velocity=(1.0, 0.0, 0.0), motion=Fixed()), "has a motion and the velocity"),
     ],
 )
-def test_a_tether_that_cannot_be_is_refused(make, told):
-    with pytest.raises(InputError, match=told):
+def test_a_tether_that_cannot_be_is_refused(make, reported):
+    with pytest.raises(InputError, match=reported):
         make()
 
 
-def test_groups_that_the_net_has_already_are_told():
+def test_groups_that_the_net_has_already_are_reported():
     net, start = net_and_start()
     named = CableNet(net.nodes, net.cables, {**net.node_groups, "chaser": [1]}, rest_length=net.rest_length)
     with pytest.raises(InputError, match="the net has a node group 'chaser' already"):

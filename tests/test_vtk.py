@@ -13,15 +13,15 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from netdae import vtk
-from netdae.damping import Dashpot
-from netdae.errors import InputError, RunError
-from netdae.material import Material
-from netdae.net import CableNet
-from netdae.restraints import Restraint
-from netdae.state import State
-from netdae.system import System
-from netdae.vtk import CELL_DATA, POINT_DATA, RESTRAINED, VtuSeries, read_frame, read_series
+from netdae.core.errors import InputError, RunError
+from netdae.model.material import Material
+from netdae.model.net import CableNet
+from netdae.model.restraints import Restraint
+from netdae.model.state import State
+from netdae.output import vtk
+from netdae.output.vtk import CELL_DATA, POINT_DATA, RESTRAINED, VtuSeries, read_frame, read_series
+from netdae.system.damping import Dashpot
+from netdae.system.system import System
 
 CORD = Material(youngs_modulus=70e9, density=1390.0, diameter=1e-3, toe_strain=1e-4)
 
@@ -136,11 +136,11 @@ def test_frames_tell_how_many_axes_of_a_node_are_restrained_while_they_are(tmp_p
     for (_, file), at_corners, at_centre in zip(
         read_series(series.path), (3, 3, 0, 0), (1, 3, 3, 1), strict=True
     ):
-        told = np.zeros(net.node_count)
-        told[corners], told[centre] = at_corners, at_centre
+        reported = np.zeros(net.node_count)
+        reported[corners], reported[centre] = at_corners, at_centre
         restrained = read_frame(file).point_data[RESTRAINED]
         assert restrained.dtype == np.uint8
-        np.testing.assert_array_equal(restrained, told)
+        np.testing.assert_array_equal(restrained, reported)
 
 
 def test_frames_are_raw_appended_and_compressed(tmp_path: Path) -> None:

@@ -11,8 +11,8 @@ from typing import Any, TextIO
 from cyclopts import App, CoercionError, CycloptsError, MissingArgumentError, UnusedCliTokensError
 
 from netdae import __version__
-from netdae._files import reason_of
-from netdae.errors import InputError, RunError
+from netdae.core.errors import InputError, RunError
+from netdae.core.files import reason_of
 
 app = App(
     name="netdae",
@@ -37,6 +37,9 @@ app.command("netdae.cli.plot:plot", name="plot", help="Draw the figures of runs 
 app.command(
     "netdae.cli.schema:schema", name="schema", help="Print the JSON schema of a scenario, for editors."
 )
+app.command(
+    "netdae.cli.manual:manual", name="manual", help="List the pages of the manual, or print one of them."
+)
 
 _PLACES = {"scenario": "SCENARIO.toml", "mesh": "MESH", "folder": "DIR"}
 _TAKES = {
@@ -46,6 +49,7 @@ _TAKES = {
     "info": "one mesh at a time",
     "render": "one folder at a time",
     "schema": "nothing",
+    "manual": "one page at a time",
 }
 _NUMBERS: dict[type | None, str] = {float: "a number", int: "a whole number"}
 

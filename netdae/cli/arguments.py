@@ -11,7 +11,7 @@ from cyclopts import Parameter, Token
 
 
 def whole_number(kind: Any, tokens: Sequence[Token]) -> int:
-    """The number that an argument tells; raises ValueError for anything else, also for 4.9 and 0x4."""
+    """The number that an argument reports; raises ValueError for anything else, also for 4.9 and 0x4."""
     text = tokens[0].value
     if not re.fullmatch(r"[+-]?[0-9]+", text):
         raise ValueError(f'"{text}", expected a whole number')

@@ -18,8 +18,8 @@ def check(scenario: Path) -> None:
     scenario
         TOML file.
     """
-    from netdae.errors import RunError
-    from netdae.jacobian_check import LIMIT, compare_jacobian
+    from netdae.core.errors import RunError
+    from netdae.runs.jacobian_check import LIMIT, compare_jacobian
     from netdae.scenario.reader import read_scenario
 
     simulation = read_scenario(scenario).build()
@@ -43,7 +43,7 @@ def check(scenario: Path) -> None:
 def _lines(simulation: Simulation) -> Iterator[str]:
     from math import pi
 
-    from netdae.jacobian_check import stiffest_frequency
+    from netdae.runs.jacobian_check import stiffest_frequency
 
     system, net, times = simulation.system, simulation.system.net, simulation.times
     rtol, atol_position, atol_velocity = simulation.options.tolerances

@@ -10,16 +10,16 @@ from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from netdae.errors import InputError, RunError
+from netdae.core.errors import InputError, RunError
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from netdae.ensemble import Ensemble
-    from netdae.ensemble_folder import EnsembleFolder
+    from netdae.runs.ensemble import Ensemble
+    from netdae.runs.ensemble_folder import EnsembleFolder
+    from netdae.runs.workers import Outcome
     from netdae.scenario.reader import Scenario
     from netdae.scenario.simulation import Simulation
-    from netdae.workers import Outcome
 
 _log = logging.getLogger(__name__)
 
@@ -34,9 +34,9 @@ def fly_ensemble(
     all_frames: bool,
 ) -> None:
     """Fly all members, write the figures over them and print the first of these."""
-    from netdae.compilation import COMPILING, told_when_compiling
-    from netdae.ensemble_folder import EnsembleFolder
-    from netdae.workers import processes_for
+    from netdae.core.compilation import COMPILING, reported_when_compiling
+    from netdae.runs.ensemble_folder import EnsembleFolder
+    from netdae.runs.workers import processes_for
 
     workers = processes_for(ensemble.size, processes)
     if ensemble.scatter and not scenario.has_spread:
@@ -46,7 +46,7 @@ def fly_ensemble(
             "--scatter out"
         )
     folder = EnsembleFolder(output, scenario, ensemble, overwrite=overwrite, all_frames=all_frames)
-    simulation = scenario.build()  # tells mistakes before any process is started
+    simulation = scenario.build()  # reports mistakes before any process is started
     folder.claim()
     print(
         f"{simulation.title}: {simulation.system.net.node_count} nodes, "
@@ -56,7 +56,7 @@ def fly_ensemble(
         f"{'each with its own errors of the ejection, ' if ensemble.scatter else ''}in {workers} processes",
         flush=True,
     )
-    with told_when_compiling(lambda: print(COMPILING, flush=True)):
+    with reported_when_compiling(lambda: print(COMPILING, flush=True)):
         simulation.compile()
     summary, bug = _fly(folder, simulation, workers)
     for line in _lines(folder, summary):
@@ -73,8 +73,8 @@ def fly_ensemble(
 
 def _fly(folder: EnsembleFolder, simulation: Simulation, workers: int) -> tuple[dict[str, Any], str | None]:
     """The summary, and the traceback of a bug if a member met one."""
-    from netdae.ensemble_folder import fly_member
-    from netdae.workers import outcomes_of
+    from netdae.runs.ensemble_folder import fly_member
+    from netdae.runs.workers import outcomes_of
 
     ended: list[Outcome] = []
     began = time.monotonic()
@@ -100,10 +100,10 @@ def _fly(folder: EnsembleFolder, simulation: Simulation, workers: int) -> tuple[
 
 
 def _lines(folder: EnsembleFolder, summary: dict[str, Any]) -> Iterator[str]:
-    figures, told = summary["deployment"], summary["ensemble"]
+    figures, flown = summary["deployment"], summary["ensemble"]
     yield (
-        f"{told['finished']} of {told['size']} members flown in {told['wall_seconds']:.3g} s; figures over them in "
-        f"{folder.path / 'summary.json'}, their course in {folder.path / 'metrics.csv'}"
+        f"{flown['finished']} of {flown['size']} members flown in {flown['wall_seconds']:.3g} s; figures over them "
+        f"in {folder.path / 'summary.json'}, their course in {folder.path / 'metrics.csv'}"
     )
     for name, words, unit in (
         ("largest_mouth_area", "largest mouth area", "m²"),
@@ -215,5 +215,5 @@ def _bar_on(console: Console) -> Any:
         TextColumn("left"),
         TimeRemainingColumn(),
         console=console,
-        auto_refresh=False,  # refreshed by what the members tell
+        auto_refresh=False,  # refreshed by what the members report
     )

@@ -10,8 +10,8 @@ from cyclopts import Parameter
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from netdae.force_ranking import Ranking
-    from netdae.system import System
+    from netdae.system.ranking import Ranking
+    from netdae.system.system import System
 
 USUAL_ALTITUDE = 600e3
 """m, of a net whose scenario has no orbit: where much of the large debris is."""
@@ -27,7 +27,7 @@ def forces(
         ),
     ] = None,
     flight_time: Annotated[
-        float | None, Parameter(help="Over which displacements are told, s; by default the scenario's.")
+        float | None, Parameter(help="Over which displacements are reported, s; by default the scenario's.")
     ] = None,
     charge: Annotated[float, Parameter(help="On a net that holds one, C.")] = 0.0,
     current: Annotated[float, Parameter(help="Along a conducting net, A.")] = 0.0,
@@ -39,8 +39,8 @@ def forces(
     scenario
         TOML file.
     """
-    from netdae.force_ranking import ranking_of
     from netdae.scenario.reader import read_scenario
+    from netdae.system.ranking import ranking_of
 
     simulation = read_scenario(scenario).build()
     height, origin = _altitude_of(simulation.system, altitude, simulation.start.t)
@@ -58,8 +58,8 @@ def forces(
 
 def _altitude_of(system: System, given: float | None, t: float = 0.0) -> tuple[float | None, str]:
     """Altitude in m, None on the ground, and where it comes from."""
-    from netdae.external_forces import ON_GROUND
-    from netdae.force_ranking import included_in, orbit_altitude
+    from netdae.system.external_forces import ON_GROUND
+    from netdae.system.ranking import included_in, orbit_altitude
 
     if given is not None:
         return given, "by --altitude"
@@ -72,7 +72,7 @@ def _altitude_of(system: System, given: float | None, t: float = 0.0) -> tuple[f
 
 
 def _scales(ranking: Ranking, origin: str) -> Iterator[str]:
-    from netdae.earth import circular_speed, density, mean_motion
+    from netdae.forces.earth import circular_speed, density, mean_motion
 
     s, h = ranking.scales, ranking.altitude
     strain = 2 * s.jerk / s.wave_speed
@@ -108,7 +108,7 @@ def _table(ranking: Ranking) -> Iterator[str]:
 
 
 def _verdict(ranking: Ranking) -> Iterator[str]:
-    from netdae.force_ranking import SIGNIFICANT
+    from netdae.system.ranking import SIGNIFICANT
 
     names = ", ".join(force.name for force in ranking.significant) or "none"
     yield ""

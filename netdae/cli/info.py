@@ -10,7 +10,7 @@ from cyclopts import Parameter
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from netdae._arrays import FloatArray, IntArray
+    from netdae.core.arrays import FloatArray, IntArray
     from netdae.mesh.io import Description
 
 

@@ -10,7 +10,7 @@ from cyclopts import App, Parameter
 from netdae.cli.arguments import WholeNumber, place
 
 if TYPE_CHECKING:
-    from netdae.net import CableNet
+    from netdae.model.net import CableNet
 
 app = App(name="mesh", help="Generate a net in the xy plane, centred at the origin.")
 
@@ -33,7 +33,7 @@ def square(
     overwrite: Overwrite = False,
 ) -> None:
     """Square net with square meshes."""
-    from netdae.net import CableNet
+    from netdae.model.net import CableNet
 
     _write(CableNet.square(side=side, cells=cells, subdivide=subdivide), output, overwrite)
 
@@ -50,7 +50,7 @@ def rectangle(
     overwrite: Overwrite = False,
 ) -> None:
     """Rectangular net with rectangular meshes."""
-    from netdae.net import CableNet
+    from netdae.model.net import CableNet
 
     net = CableNet.rectangle(width=width, height=height, columns=columns, rows=rows, subdivide=subdivide)
     _write(net, output, overwrite)
@@ -66,7 +66,7 @@ def hexagon(
     overwrite: Overwrite = False,
 ) -> None:
     """Hexagonal net with triangular meshes."""
-    from netdae.net import CableNet
+    from netdae.model.net import CableNet
 
     _write(CableNet.hexagon(radius=radius, rings=rings, subdivide=subdivide), output, overwrite)
 
@@ -82,7 +82,7 @@ def radial(
     overwrite: Overwrite = False,
 ) -> None:
     """Spider-web net of spokes and rings."""
-    from netdae.net import CableNet
+    from netdae.model.net import CableNet
 
     _write(CableNet.radial(radius=radius, rings=rings, spokes=spokes, subdivide=subdivide), output, overwrite)
 
@@ -97,7 +97,7 @@ def diamond(
     overwrite: Overwrite = False,
 ) -> None:
     """Square net whose meshes stand on their corners."""
-    from netdae.net import CableNet
+    from netdae.model.net import CableNet
 
     _write(CableNet.diamond(side=side, cells=cells, subdivide=subdivide), output, overwrite)
 

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 
 from netdae.cli.arguments import place
-from netdae.errors import InputError
+from netdae.core.errors import InputError
 
 
 def plot(
@@ -42,8 +42,8 @@ def plot(
         raise InputError("DIR is missing: netdae plot DIR [DIR ...]. See netdae plot --help")
     import logging
 
-    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it would tell of its caches
-    from netdae.plotting.sheets import FORMATS, plot
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it would report of its caches
+    from netdae.visual.plotting.sheets import FORMATS, plot
 
     files = plot(dirs, output, formats=FORMATS if format == "both" else (format,), only=only or ())
     pictures = "picture" if len(files) == 1 else "pictures"

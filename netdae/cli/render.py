@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter, Token
 
 from netdae.cli.arguments import place, whole_number
-from netdae.errors import InputError
+from netdae.core.errors import InputError
 
 if TYPE_CHECKING:
-    from netdae.rendering.views import Rendering
+    from netdae.visual.rendering.views import Rendering
 
 _MOVIES, _PAGES = (".mp4", ".gif"), (".html", ".htm")
 
@@ -22,7 +22,7 @@ _MOVIES, _PAGES = (".mp4", ".gif"), (".html", ".htm")
 def _numbers(kind: Any, tokens: Sequence[Token]) -> tuple[int, ...]:
     """Numbers of frames as 0,10,20, or from:to or from:to:step, the last included."""
     text = tokens[0].value
-    told: list[int] = []
+    given: list[int] = []
     for part in text.split(","):
         if not re.fullmatch(r" *[0-9]+ *(: *[0-9]+ *){0,2}", part):
             raise ValueError(f'"{text}", expected numbers of frames as 0,10,20 or 0:60:5')
@@ -32,8 +32,8 @@ def _numbers(kind: Any, tokens: Sequence[Token]) -> tuple[int, ...]:
             raise ValueError(f'"{text}", expected from:to:step upwards, as 0:60:5')
         if last >= 10**7:
             raise ValueError(f'"{text}", expected numbers of frames below 10000000')
-        told += range(first, last + 1, step)
-    return tuple(told)
+        given += range(first, last + 1, step)
+    return tuple(given)
 
 
 def _size(kind: Any, tokens: Sequence[Token]) -> tuple[int, int]:
@@ -62,7 +62,7 @@ def render(
         Parameter(
             name=["--output", "-o"],
             converter=place,
-            help="File; its ending tells what is made: .png, .mp4, .gif or .html. By default one in the folder.",
+            help="File; its ending reports what is made: .png, .mp4, .gif or .html. By default one in the folder.",
         ),
     ] = None,
     frame: Annotated[
@@ -124,14 +124,14 @@ def render(
     kind = _kind_of(output, frame=frame, time=time, frames=frames, sheet=sheet, movie=movie, html=html)
     if rate is not None and kind in ("picture", "sheet"):
         raise InputError("--rate is for movies and pages: give --movie or --html too, or leave it out")
-    from netdae.rendering.look import Look
-    from netdae.rendering.views import RATE, render_movie, render_page, render_picture, render_sheet
+    from netdae.visual.rendering.look import Look
+    from netdae.visual.rendering.views import RATE, render_movie, render_page, render_picture, render_sheet
 
     look = Look(view=view, camera=camera, fit=fit, size=size, peak=peak)
     pace = RATE if rate is None else rate
     done: Rendering
     if kind == "movie":
-        done = render_movie(folder, output, frames=frames, rate=pace, look=look, tell=_tell)
+        done = render_movie(folder, output, frames=frames, rate=pace, look=look, report=_report)
     elif kind == "page":
         done = render_page(folder, output, frames=frames, rate=pace, look=look)
     elif kind == "sheet":
@@ -170,8 +170,8 @@ def _kind_of(
     else:
         kind = "sheet" if many + several else "picture"
     if output is not None and ending not in (".png", *_MOVIES, *_PAGES):
-        told = f'"{output.suffix}" is unknown' if ending else "is missing"
-        raise InputError(f"{output}: its ending {told}: give .png, .mp4, .gif or .html")
+        given = f'"{output.suffix}" is unknown' if ending else "is missing"
+        raise InputError(f"{output}: its ending {given}: give .png, .mp4, .gif or .html")
     return kind
 
 
@@ -182,6 +182,6 @@ def _line(done: Rendering) -> str:
     return f"{done.file}: {len(done.frames)} frames, t = {first:.6g} to {last:.6g} s"
 
 
-def _tell(count: int, total: int) -> None:
+def _report(count: int, total: int) -> None:
     if sys.stderr.isatty():
         print(f"\rframe {count} of {total}", end="\n" if count == total else "", file=sys.stderr, flush=True)

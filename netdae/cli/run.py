@@ -14,14 +14,14 @@ from typing import TYPE_CHECKING, Annotated, Any, TextIO
 from cyclopts import Parameter
 
 from netdae.cli.arguments import place, whole_number
-from netdae.errors import InputError
+from netdae.core.errors import InputError
 
 if TYPE_CHECKING:
-    from netdae.run_folder import RunFolder
+    from netdae.model.state import State
+    from netdae.runs.folder import RunFolder
     from netdae.scenario.reader import Scenario
     from netdae.scenario.simulation import Simulation
-    from netdae.state import State
-    from netdae.system import System
+    from netdae.system.system import System
 
 _log = logging.getLogger(__name__)
 
@@ -50,7 +50,7 @@ def run(
     ensemble: Annotated[
         int | None,
         Parameter(
-            converter=whole_number, help="Fly that many starts that differ a little; tell means and bands."
+            converter=whole_number, help="Fly that many starts that differ a little; report means and bands."
         ),
     ] = None,
     perturb: Annotated[
@@ -108,17 +108,17 @@ def run(
         raise InputError(f"{given[0]} is for ensembles: give --ensemble N too, or leave it out")
     from netdae.scenario.reader import read_scenario
 
-    told = read_scenario(scenario)
+    read = read_scenario(scenario)
     target = output or Path(f"{scenario.stem}_out")
     with _log_lines(), _stopped_by_sigterm():
         if ensemble is None:
-            _fly_one(told, target, overwrite=overwrite)
+            _fly_one(read, target, overwrite=overwrite)
         else:
             from netdae.cli.ensemble import fly_ensemble
-            from netdae.ensemble import Ensemble
+            from netdae.runs.ensemble import Ensemble
 
             fly_ensemble(
-                told,
+                read,
                 Ensemble(ensemble, 1e-9 if perturb is None else perturb, seed or 0, scatter),
                 target,
                 processes=processes,
@@ -140,25 +140,25 @@ def _check_alone(folder: Path, scenario: Path | None, others: dict[str, Any]) ->
         )
 
 
-def _fly_one(told: Scenario, target: Path, *, overwrite: bool) -> None:
-    from netdae.run_folder import RunFolder
+def _fly_one(given: Scenario, target: Path, *, overwrite: bool) -> None:
+    from netdae.runs.folder import RunFolder
 
-    _fly_into(RunFolder(target, told, overwrite=overwrite), told.build)
+    _fly_into(RunFolder(target, given, overwrite=overwrite), given.build)
 
 
 def _fly_on(folder: Path, until: float | None) -> None:
-    from netdae.stopped_run import read_stopped_run
+    from netdae.runs.resume import read_stopped_run
 
     stopped = read_stopped_run(folder, until=until)
     _fly_into(stopped.folder, stopped.build)
 
 
 def _fly_into(folder: RunFolder, build: Callable[[], Simulation]) -> None:
-    from netdae.compilation import COMPILING, told_when_compiling
-    from netdae.observers import Progress
-    from netdae.run_folder import fly
+    from netdae.core.compilation import COMPILING, reported_when_compiling
+    from netdae.output.observers import Progress
+    from netdae.runs.folder import fly
 
-    with told_when_compiling(lambda: _log.info(COMPILING)):
+    with reported_when_compiling(lambda: _log.info(COMPILING)):
         simulation = build()
         title = _Title(simulation)
         progress = Progress(float(simulation.times[-1]))

@@ -1,8 +1,8 @@
 """Events: instants at which a figure of the flight passes a value, and what is then done.
 
-An event is data: which of `FIGURES`, which value, which of `ACTIONS`. It is found between the integrator's internal
-steps by `events.book.EventBook`. A further figure is an entry here and its function in `events.figures.MEASURES`; a
-further action is an entry here and its doing in the driver.
+An event is data: which of `QUANTITIES`, which value, which of `ACTIONS`. It is found between the integrator's internal
+steps by `events.detector.EventDetector`. A further figure is an entry here and its function in
+`events.quantities.MEASURES`; a further action is an entry here and its doing in the driver.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import Literal, NamedTuple
 
-from netdae.errors import InputError
+from netdae.core.errors import InputError
 
-FigureName = Literal[
+QuantityName = Literal[
     "largest_mouth_area",
     "mouth_area",
     "corner_area",
@@ -40,7 +40,7 @@ NEEDS: Mapping[Need, str] = {
 """What a net has to have for a figure or an action."""
 
 
-class Figure(NamedTuple):
+class Quantity(NamedTuple):
     """What a figure is, when it fires, and how far it has to go back before it may fire again.
 
     what, unit : in words, and SI
@@ -67,13 +67,13 @@ class Figure(NamedTuple):
     back_of_reach: float = 0.0
 
 
-# Lengths and areas go back by 1 %, the fall by which the largest mouth area is told. Bullet paths are known to 1 mm.
+# Lengths and areas go back by 1 %, the fall by which the largest mouth area is reported; bullet paths to 1 mm.
 # A tether that has come together by 1 % is slack anew: cords of net and tether stretch by less than 0.1 % in flight,
 # so that their ringing does not arm the event again. How far cables stretch is known from the flight only, so that
 # all_slack asks for a tenth of their largest strain so far. In ringing, tension swings between nothing and twice its
 # mean: another load is one that comes after half the value.
-FIGURES: Mapping[FigureName, Figure] = {
-    "largest_mouth_area": Figure(
+QUANTITIES: Mapping[QuantityName, Quantity] = {
+    "largest_mouth_area": Quantity(
         "the largest mouth area so far, once the area has fallen by the share `value` of it",
         "1",
         "down",
@@ -81,15 +81,15 @@ FIGURES: Mapping[FigureName, Figure] = {
         below=1.0,
         needs="mouth",
     ),
-    "mouth_area": Figure("area of the mouth", "m²", needs="mouth"),
-    "corner_area": Figure("area of the loop through the corners", "m²", needs="corners"),
-    "distance": Figure(
+    "mouth_area": Quantity("area of the mouth", "m²", needs="mouth"),
+    "corner_area": Quantity("area of the loop through the corners", "m²", needs="corners"),
+    "distance": Quantity(
         "way of the net's centre of mass along its first momentum", "m", above=-math.inf, back_least=1e-3
     ),
-    "chaser_distance": Figure(
+    "chaser_distance": Quantity(
         "distance from the net's centre of mass to the chaser", "m", needs="chaser", back_least=1e-3
     ),
-    "tether_taut": Figure(
+    "tether_taut": Quantity(
         "largest strain E11 of the tether through zero",
         "1",
         "up",
@@ -98,7 +98,7 @@ FIGURES: Mapping[FigureName, Figure] = {
         fast=True,
         back_least=0.01,
     ),
-    "tether_tension": Figure(
+    "tether_tension": Quantity(
         "largest tension of the tether, without the dashpot's share",
         "N",
         "up",
@@ -106,7 +106,7 @@ FIGURES: Mapping[FigureName, Figure] = {
         fast=True,
         back_share=0.5,
     ),
-    "all_slack": Figure(
+    "all_slack": Quantity(
         "largest strain E11 of all cables through zero",
         "1",
         "down",
@@ -114,7 +114,7 @@ FIGURES: Mapping[FigureName, Figure] = {
         fast=True,
         back_of_reach=0.1,
     ),
-    "tension_over_strength": Figure(
+    "tension_over_strength": Quantity(
         "largest ratio of tension, without the dashpot's share, to strength",
         "1",
         "up",
@@ -148,24 +148,24 @@ ACTIONS: Mapping[ActionName, Action] = {
 class Event:
     """An instant of the flight at which a figure passes a value.
 
-    figure : one of `FIGURES`
+    figure : one of `QUANTITIES`
     value : in the figure's unit; None where it has none, or for the default
     action : one of `ACTIONS`
-    repeat : whether it may happen again, after the figure has gone back, see `Figure`
+    repeat : whether it may happen again, after the figure has gone back, see `Quantity`
     name : by which summary and restraints call it; by default figure and value, for instance "mouth_area_4.5"
 
     Raises InputError for an unknown figure or action, or a value that is missing, out of range or too much.
     """
 
-    figure: FigureName
+    figure: QuantityName
     value: float | None = None
     action: ActionName = "none"
     repeat: bool = False
     name: str = ""
 
     def __post_init__(self) -> None:
-        if self.figure not in FIGURES:
-            raise InputError(f"event: figure is {self.figure!r}: {_choice(self.figure, FIGURES)}")
+        if self.figure not in QUANTITIES:
+            raise InputError(f"event: figure is {self.figure!r}: {_choice(self.figure, QUANTITIES)}")
         if not self.name:
             tail = "" if self.value is None else f"_{self.value:.9g}"
             object.__setattr__(self, "name", f"{self.figure}{tail}")
@@ -173,7 +173,7 @@ class Event:
             raise InputError(
                 f"event {self.name!r}: action is {self.action!r}: {_choice(self.action, ACTIONS)}"
             )
-        facts = FIGURES[self.figure]
+        facts = QUANTITIES[self.figure]
         if not facts.takes_value:
             if self.value is not None:
                 raise InputError(
@@ -199,14 +199,14 @@ class Event:
         """The value in force; zero for a figure without one."""
         if self.value is not None:
             return self.value
-        default = FIGURES[self.figure].default
+        default = QUANTITIES[self.figure].default
         return 0.0 if default is None else default
 
     @property
     def needs(self) -> dict[Need, str]:
         """What the net has to have, and for what: its figure or its action."""
         both = (
-            (FIGURES[self.figure].needs, f"figure {self.figure}"),
+            (QUANTITIES[self.figure].needs, f"figure {self.figure}"),
             (ACTIONS[self.action].needs, f"action {self.action}"),
         )
         return {need: what for need, what in reversed(both) if need is not None}

@@ -33,15 +33,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from netdae._arrays import FloatArray, Reals
-from netdae.errors import InputError
+from netdae.core.arrays import FloatArray, Reals
+from netdae.core.errors import InputError
 from netdae.forces.drag import PARALLEL, across_of, check_positive, slack_of, thickness_of
 from netdae.forces.elements import ElementForce
+from netdae.forces.force import Force
 from netdae.forces.law import Law, Shares, compiled
-from netdae.forces.protocol import Force
-from netdae.material import Cords
-from netdae.net import CableNet
-from netdae.signals import Signal, signal_of
+from netdae.model.material import Cords
+from netdae.model.net import CableNet
+from netdae.model.signals import Signal, signal_of
 
 SEA_LEVEL = 1.225
 """Density of dry air at sea level and 15 °C, kg/m³ (International Standard Atmosphere, ISO 2533:1975)."""

@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from netdae._arrays import Flags, FloatArray, IntArray, Reals
+from netdae.core.arrays import Flags, FloatArray, IntArray, Reals
 from netdae.forces.law import Family, Law, Shares, compiled, no_bound
 
 

@@ -25,7 +25,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from netdae._arrays import BoolArray, Flags, FloatArray, IntArray, Reals
+from netdae.core.arrays import BoolArray, Flags, FloatArray, IntArray, Reals
 from netdae.forces.elements import ElementForce
 from netdae.forces.law import Family, Law, Shares, Vector, compiled
 
@@ -38,7 +38,7 @@ def strain_of(dx: float, dy: float, dz: float, L: float) -> float:
 
 @njit(cache=True)
 def own_strain_of(E11: float, engineering: bool) -> float:
-    """The strain e in which a law and its toe are told: E11, or λ − 1 of the engineering law."""
+    """The strain e in which a law and its toe are given: E11, or λ − 1 of the engineering law."""
     return 2.0 * E11 / (1.0 + np.sqrt(1.0 + 2.0 * E11)) if engineering else E11
 
 

@@ -5,7 +5,7 @@ of the whole cord; ring j lies between the segments j − 1 and j.
 
 At ring j the cord turns by the angle φ_j and slides by with the speed c_j; by the capstan rule (Euler, Eytelwein) the
 tension behind the ring over that before it is e^{μφ}, the greater where the cord goes to. What of the cord lies in each
-segment is told by one strain in all of it: with a_j = (h_0 + … + h_{j−1})/l, ring j lies at the rest length a_j L̄ from
+segment is given by one strain in all of it: with a_j = (h_0 + … + h_{j−1})/l, ring j lies at the rest length a_j L̄ from
 the cord's begin. The cord counts from the point that does not move along it, at the share θ from the begin: θ = 1 where
 its end is fastened at the last ring, θ = ½ where both ends go into the drum. So
 
@@ -30,14 +30,14 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from netdae._arrays import FloatArray
+from netdae.core.arrays import FloatArray
 from netdae.forces.rings import Cord, Way, add_along
 
 DELTA = 5e-7
 """δ: angles are smoothed at φ₀ = 1e-3 rad, a hundredth of what each of 60 rings on a loop turns the cord."""
 
 RATIO = 1e-3
-"""Share of η under which the direction of a segment is no longer asked for an angle."""
+"""Share of η under which the direction of a segment is no longer used for an angle."""
 
 
 @njit(cache=True)

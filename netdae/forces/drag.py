@@ -27,14 +27,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from netdae._arrays import FloatArray, IntArray, Reals
-from netdae.errors import InputError
+from netdae.core.arrays import FloatArray, IntArray, Reals
+from netdae.core.errors import InputError
 from netdae.forces.elements import ElementForce
+from netdae.forces.force import Force
 from netdae.forces.law import Law, Shares, compiled
-from netdae.forces.protocol import Force
-from netdae.material import Cords
-from netdae.net import CableNet
-from netdae.signals import Signal, signal_of
+from netdae.model.material import Cords
+from netdae.model.net import CableNet
+from netdae.model.signals import Signal, signal_of
 
 LOOPS = 0.25 * math.pi
 """Mean of sin θ over all directions."""
@@ -93,7 +93,7 @@ def check_positive(what: str, values: Mapping[str, float | None]) -> None:
 
 
 def thickness_of(cables: IntArray, cords: Cords, diameter: float | None) -> FloatArray:
-    """Diameters (k,) in m that are seen of some cables: as told, or those of round cords of their area."""
+    """Diameters (k,) in m that are seen of some cables: as given, or those of round cords of their area."""
     if diameter is None:
         return np.sqrt(4.0 / math.pi * cords.area[cables])
     return np.full(len(cables), diameter)

@@ -25,7 +25,7 @@ Derivatives. With ∇ by all coordinates of the rings and s,
 
 and by velocities S,v = τ g′ ∇E11 alone. The tangent is a chain of blocks N_i (I − u_i u_iᵀ)/h_i between neighbours, and
 dyads: with b_i the part of b that segment i has, ∂f = −chain − Σ b_i ⊗ ∇N_i + e_s ⊗ ∇f_s. Without friction all N_i are
-N, and two dyads are left: the Newton matrix takes the chain into its factor and the dyads apart, see `linear_solver`.
+N, and two dyads are left: the Newton matrix takes the chain into its factor, the dyads apart, see `linalg.condensed`.
 
 In an explicit step friction at rings is taken at the velocity half a step back, as dashpots are. Its damping Σ_j G_j
 C_j C_jᵀ, with G_j = N_j μ φ_j γ/c_j and C_j = ∂c_j/∂ẋ, comes and goes with the tension N: no bound that held always
@@ -48,7 +48,7 @@ import math
 
 import numpy as np
 
-from netdae._arrays import FloatArray, IntArray
+from netdae.core.arrays import FloatArray, IntArray
 from netdae.forces.cables import law_of
 from netdae.forces.capstan import share_gradients, sliding_speeds, tension_shares, turn_at
 from netdae.forces.elements import ElementForce
@@ -256,7 +256,7 @@ def _bound(cord: Cord, nodes: IntArray, strain: float, x: FloatArray) -> list[Fa
     return [along, Family(links, np.tile(across[:, None, None], (1, *links.shape)))]
 
 
-SLIDING_CORD = Law(
+DRAWCORD = Law(
     Cord,
     force=_force,
     energy=_energy,
@@ -274,13 +274,13 @@ SLIDING_CORD = Law(
 )
 
 
-def sliding_cord(nodes: IntArray, cord: Cord, *, closed: bool) -> ElementForce:
+def drawcord(nodes: IntArray, cord: Cord, *, closed: bool) -> ElementForce:
     """A cord through k rings: one element, nodes (1, k + 1) in their order and then the reel's node.
 
     cord : its numbers; closed : True where it comes back to ring 0
     """
     segments = int(nodes.shape[1]) - (1 if closed else 2)
-    return ElementForce(SLIDING_CORD, nodes, cord._replace(segments=segments))
+    return ElementForce(DRAWCORD, nodes, cord._replace(segments=segments))
 
 
 def tensions_of(force: ElementForce, x: FloatArray, v: FloatArray) -> FloatArray:

@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from netdae._arrays import BoolArray, FloatArray, IntArray
+from netdae.core.arrays import BoolArray, FloatArray, IntArray
+from netdae.core.records import Record
+from netdae.forces.force import Account, LinkedTangent, Tangent
 from netdae.forces.law import Law, NewtonPart
 from netdae.forces.loops import DISSIPATED, EXTERNAL, STORED, SUMS, elements_of, loop_of
-from netdae.forces.protocol import Account, LinkedTangent, Tangent
-from netdae.records import Record
-from netdae.signals import Signal
+from netdae.model.signals import Signal
 
 
 @dataclass(frozen=True, eq=False)

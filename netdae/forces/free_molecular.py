@@ -36,14 +36,14 @@ from typing import NamedTuple
 
 from numpy.typing import ArrayLike
 
-from netdae._arrays import FloatArray, Reals
+from netdae.core.arrays import FloatArray, Reals
 from netdae.forces.drag import check_positive, seen_length, seen_slopes, thickness_of
 from netdae.forces.elements import ElementForce
+from netdae.forces.force import Force
 from netdae.forces.law import Law, Shares, compiled
-from netdae.forces.protocol import Force
-from netdae.material import Cords
-from netdae.net import CableNet
-from netdae.signals import Signal, signal_of
+from netdae.model.material import Cords
+from netdae.model.net import CableNet
+from netdae.model.signals import Signal, signal_of
 
 TYPICAL = 2.2
 """C_D of satellites by Cook 1965."""

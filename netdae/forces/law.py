@@ -26,8 +26,8 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numba import njit
 
-from netdae._arrays import FloatArray, IntArray
-from netdae._sources import Sources
+from netdae.core.arrays import FloatArray, IntArray
+from netdae.core.sources import Sources
 
 NewtonPart = Literal["symmetric", "links", "nothing"]
 Share = Literal["conservative", "dissipative", "external"]
@@ -95,11 +95,11 @@ class Law:
     pair : whether it sees d and w alone
     shares : those that it has
     external : True if it acts from outside and so changes the net's momentum
-    newton : the part of its tangent that the Newton matrix takes, see `protocol.Force`
+    newton : the part of its tangent that the Newton matrix takes, see `force.Force`
     measured : (p, e, x) -> square of the tension in N² and strain, of an element that acts: what is watched
     near : (p, e, x, margin) -> False where it cannot act before two nodes have moved `margin` m against each other
     rest : (p, e, x) -> rest length now, m, of what a reel winds in, and the least that a flight survives
-    linked : (p, x, v, chain, left, by_x, by_v) -> bool, the tangent of a force with links, see `protocol.LinkedTangent`
+    linked : (p, x, v, chain, left, by_x, by_v) -> bool, the tangent of a force with links, see `force.LinkedTangent`
     named : (nodes,) of an element -> what it is called in messages about `rest`
     links, ranks : (parameters, nodes) -> nodes (p, 2) that its blocks couple, and (parameters) -> how many dyads it has
     rate : (p, x, v, share) -> rate of its friction, 1/s, on nodes of 1/mass (k,), where it bounds an explicit step
@@ -149,10 +149,11 @@ LAWS: dict[type, Law] = {}
 def version_of(module: str) -> str:
     """Hash of the source of a module of netdae and of all that it imports from netdae; empty for others."""
     package, *parts = module.split(".")
-    if package != PACKAGE:
+    own = os.path.join(_FOLDER, *parts) + ".py"
+    if package != PACKAGE or not os.path.isfile(own):
         return ""
     digest = hashlib.sha256()
-    for path in sorted(_SOURCES.closure_of(os.path.join(_FOLDER, *parts) + ".py")):
+    for path in sorted(_SOURCES.closure_of(own)):
         with open(path, "rb") as file:
             digest.update(file.read())
     return digest.hexdigest()[:16]

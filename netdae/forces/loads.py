@@ -1,6 +1,6 @@
 """Loads p(t): forces on nodes and uniform gravity, constant or changing with time.
 
-A load is told by group and Signal; `on(net, cords, mass)` binds it to the nodes of a net.
+A load is given by group and Signal; `on(net, cords, mass)` binds it to the nodes of a net.
 """
 
 from __future__ import annotations
@@ -12,17 +12,17 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from netdae._arrays import FloatArray, IntArray, Reals
+from netdae.core.arrays import FloatArray, IntArray, Reals
 from netdae.forces.elements import ElementForce
+from netdae.forces.force import Force
 from netdae.forces.law import Law, Shares, compiled, no_bound
-from netdae.forces.protocol import Force
-from netdae.material import Cords
-from netdae.net import CableNet
-from netdae.signals import Signal, signal_of
+from netdae.model.material import Cords
+from netdae.model.net import CableNet
+from netdae.model.signals import Signal, signal_of
 
 
 class Load(Protocol):
-    """What System asks of a load."""
+    """What System needs of a load."""
 
     def on(self, net: CableNet, cords: Cords, mass: FloatArray) -> Force:
         """The load as a force on a net of these cords whose nodes have `mass` (n,), kg."""

@@ -14,10 +14,10 @@ import numpy as np
 from numba import cfunc, types
 from numba.extending import overload
 
-from netdae._arrays import BoolArray, Flags, IntArray, Reals, Wholes, Wholes2, wholes
-from netdae.addresses import floats
+from netdae.core.addresses import floats
+from netdae.core.arrays import BoolArray, Flags, IntArray, Reals, Wholes, Wholes2, wholes
+from netdae.core.records import Record, load
 from netdae.forces.law import LAWS, OPTIONS, Law, Shares
-from netdae.records import Record, load
 
 
 class Elements(NamedTuple):
@@ -169,7 +169,7 @@ def _add_of_pair(law: Law) -> Any:
 
     @cfunc(_I(_A, _A, _A, _A, _A, _A, _A), cache=bool(version), **OPTIONS)
     def add(elements, x, v, f, taken, given, sums):  # type: ignore[no-untyped-def]
-        version  # noqa: B018  # what is kept on disk is told apart by it
+        version  # noqa: B018  # what is kept on disk is distinguished by it
         el = load(elements, Elements)
         p: Any = load(el.parameters, Parameters)
         n3 = 3 * len(el.in_space)
@@ -223,7 +223,7 @@ def _add_of_elements(law: Law) -> Any:
 
     @cfunc(_I(_A, _A, _A, _A, _A, _A, _A), cache=bool(version), **OPTIONS)
     def add(elements, x, v, f, taken, given, sums):  # type: ignore[no-untyped-def]
-        version  # noqa: B018  # what is kept on disk is told apart by it
+        version  # noqa: B018  # what is kept on disk is distinguished by it
         el = load(elements, Elements)
         p: Any = load(el.parameters, Parameters)
         n3 = 3 * len(el.in_space)
@@ -280,7 +280,7 @@ def _rates_of_pair(law: Law) -> Any:
 
     @cfunc(_I(_A, _A, _A, _A, _A), cache=bool(version), **OPTIONS)
     def rates(elements, x, v, sums, wants_energy):  # type: ignore[no-untyped-def]
-        version  # noqa: B018  # what is kept on disk is told apart by it
+        version  # noqa: B018  # what is kept on disk is distinguished by it
         el = load(elements, Elements)
         p: Any = load(el.parameters, Parameters)
         n3 = 3 * len(el.in_space)
@@ -326,7 +326,7 @@ def _rates_of_elements(law: Law) -> Any:
 
     @cfunc(_I(_A, _A, _A, _A, _A), cache=bool(version), **OPTIONS)
     def rates(elements, x, v, sums, wants_energy):  # type: ignore[no-untyped-def]
-        version  # noqa: B018  # what is kept on disk is told apart by it
+        version  # noqa: B018  # what is kept on disk is distinguished by it
         el = load(elements, Elements)
         p: Any = load(el.parameters, Parameters)
         n3 = 3 * len(el.in_space)
@@ -374,7 +374,7 @@ def _tangents_of_pair(law: Law) -> Any:
 
     @cfunc(_I(_A, _A, _A), cache=bool(version), **OPTIONS)
     def tangents(elements, x, v):  # type: ignore[no-untyped-def]
-        version  # noqa: B018  # what is kept on disk is told apart by it
+        version  # noqa: B018  # what is kept on disk is distinguished by it
         el = load(elements, Elements)
         p: Any = load(el.parameters, Parameters)
         n3 = 3 * len(el.in_space)
@@ -405,7 +405,7 @@ def _tangents_of_elements(law: Law) -> Any:
 
     @cfunc(_I(_A, _A, _A), cache=bool(version), **OPTIONS)
     def tangents(elements, x, v):  # type: ignore[no-untyped-def]
-        version  # noqa: B018  # what is kept on disk is told apart by it
+        version  # noqa: B018  # what is kept on disk is distinguished by it
         el = load(elements, Elements)
         p: Any = load(el.parameters, Parameters)
         n3 = 3 * len(el.in_space)
@@ -437,7 +437,7 @@ def _tangents_of_links(law: Law) -> Any:
 
     @cfunc(_I(_A, _A, _A), cache=bool(version), **OPTIONS)
     def tangents(elements, x, v):  # type: ignore[no-untyped-def]
-        version  # noqa: B018  # what is kept on disk is told apart by it
+        version  # noqa: B018  # what is kept on disk is distinguished by it
         el = load(elements, Elements)
         p: Any = load(el.parameters, Parameters)
         n3, nodes = 3 * len(el.in_space), el.nodes
@@ -464,7 +464,7 @@ def _sift_of(law: Law) -> Any:
 
     @cfunc(_I(_A, _A, _D), cache=bool(version), **OPTIONS)
     def sift(elements, x, margin):  # type: ignore[no-untyped-def]
-        version  # noqa: B018  # what is kept on disk is told apart by it
+        version  # noqa: B018  # what is kept on disk is distinguished by it
         el = load(elements, Elements)
         p: Any = load(el.parameters, Parameters)
         n3, nodes = 3 * len(el.in_space), el.nodes
@@ -493,7 +493,7 @@ def _rests_of(law: Law) -> Any:
     @cfunc(_I(_A, _A, _A), cache=bool(version), **OPTIONS)
     def rests(elements, x, lengths):  # type: ignore[no-untyped-def]
         """Rest lengths (m,), m, where asked for; 1 if one is below its `least`, 2 if no flight survives one."""
-        version  # noqa: B018  # what is kept on disk is told apart by it
+        version  # noqa: B018  # what is kept on disk is distinguished by it
         el = load(elements, Elements)
         p: Any = load(el.parameters, Parameters)
         n3, nodes = 3 * len(el.in_space), el.nodes
@@ -520,7 +520,7 @@ def _rate_of_friction(law: Law) -> Any:
 
     @cfunc(_D(_A, _A, _A, _A), cache=bool(version), **OPTIONS)
     def rate(elements, x, v, share):  # type: ignore[no-untyped-def]
-        version  # noqa: B018  # what is kept on disk is told apart by it
+        version  # noqa: B018  # what is kept on disk is distinguished by it
         el = load(elements, Elements)
         p: Any = load(el.parameters, Parameters)
         n3, nodes = 3 * len(el.in_space), el.nodes
@@ -544,20 +544,20 @@ def _at_drum_of(law: Law) -> Any:
     @cfunc(_I(_A, _A, _D, _D, _A), cache=bool(version), **OPTIONS)
     def at_drum(elements, e, place, speed, out):  # type: ignore[no-untyped-def]
         """Add conservative, dissipative and external force along x in N, and ∂f/∂ṡ in N s/m, of one element."""
-        version  # noqa: B018  # what is kept on disk is told apart by it
+        version  # noqa: B018  # what is kept on disk is distinguished by it
         el = load(elements, Elements)
         p: Any = load(el.parameters, Parameters)
-        told, s = floats(out, 4), el.signal
+        shares_of_drum, s = floats(out, 4), el.signal
         x, v = np.zeros((1, 3)), np.zeros((1, 3))
         shares = Shares(np.zeros((1, 3)), np.zeros((1, 3)), np.zeros((1, 3)))
         K, C = np.zeros((1, 3, 1, 3)), np.zeros((1, 3, 1, 3))
         x[0, 0], v[0, 0] = place, speed
         if _force(p, e, s, x, v, shares):
-            told[0] += shares.conservative[0, 0]
-            told[1] += shares.dissipative[0, 0]
-            told[2] += shares.external[0, 0]
+            shares_of_drum[0] += shares.conservative[0, 0]
+            shares_of_drum[1] += shares.dissipative[0, 0]
+            shares_of_drum[2] += shares.external[0, 0]
             if _tangent(p, e, s, x, v, K, C):
-                told[3] += C[0, 0, 0, 0]
+                shares_of_drum[3] += C[0, 0, 0, 0]
         return 0
 
     return at_drum

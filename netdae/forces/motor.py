@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from netdae._arrays import FloatArray, Reals
+from netdae.core.arrays import FloatArray, Reals
 from netdae.forces.law import Law, Shares, compiled, no_bound
 
 

@@ -29,13 +29,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from netdae._arrays import FloatArray, Reals
-from netdae.errors import InputError
+from netdae.core.arrays import FloatArray, Reals
+from netdae.core.errors import InputError
 from netdae.forces.elements import ElementForce
+from netdae.forces.force import Force
 from netdae.forces.law import Law, Shares, compiled
-from netdae.forces.protocol import Force
-from netdae.material import Cords
-from netdae.net import CableNet
+from netdae.model.material import Cords
+from netdae.model.net import CableNet
 
 
 class OrbitForce(NamedTuple):

@@ -10,17 +10,17 @@ from collections.abc import Callable
 
 import numpy as np
 
-from netdae._arrays import BoolArray, FloatArray, IntArray
-from netdae.errors import RunError
+from netdae.core.arrays import BoolArray, FloatArray, IntArray
+from netdae.core.errors import RunError
+from netdae.forces.force import Force
 from netdae.forces.loops import DISSIPATED, EXTERNAL, FORCE, STORED, SUMS, TORQUE, elements_of
-from netdae.forces.protocol import Force
 
 _A = c.c_int64
 _Add, _Rates, _Powers, _Tangents = (c.CFUNCTYPE(c.c_int, *[_A] * count) for count in (7, 5, 4, 3))
 
 
 class PythonRow:
-    """A force by the protocol of `protocol.Force`.
+    """A force by the protocol of `force.Force`.
 
     failed : takes what the force raises; now : the time at which it is evaluated, s
     """
@@ -68,42 +68,42 @@ class PythonRow:
         return f
 
     def _add(self, elements: int, x: int, v: int, f: int, taken: int, given: int, sums: int) -> int:
-        total, told = self._at(f), _floats(sums, SUMS)
+        total, out = self._at(f), _floats(sums, SUMS)
         try:
             xe, ve = self._local(x, v)
             local = self._evaluated(xe, ve)
             np.add.at(total, self._nodes, local)
             if self._force.external:
-                self._add_wrench(xe, local, told)
+                self._add_wrench(xe, local, out)
         except BaseException as error:  # even an interrupt: C code cannot pass it on
             self._failed(error)
             total[:] = np.nan
         return 0
 
     def _rates(self, elements: int, x: int, v: int, sums: int, wants_energy: int) -> int:
-        told = _floats(sums, SUMS)
+        out = _floats(sums, SUMS)
         try:
             xe, ve = self._local(x, v)
             account = self._force.account(self._now(), xe, ve)
-            told[STORED] += account.stored_energy
-            told[DISSIPATED] += account.dissipated_power
-            told[EXTERNAL] += account.external_power
+            out[STORED] += account.stored_energy
+            out[DISSIPATED] += account.dissipated_power
+            out[EXTERNAL] += account.external_power
             if self._force.external:
-                self._add_wrench(xe, self._evaluated(xe, ve), told)
+                self._add_wrench(xe, self._evaluated(xe, ve), out)
         except BaseException as error:
             self._failed(error)
-            told[:] = np.nan
+            out[:] = np.nan
         return 0
 
     def _powers(self, elements: int, x: int, v: int, sums: int) -> int:
-        told = _floats(sums, SUMS)
+        out = _floats(sums, SUMS)
         try:
             account = self._force.account(self._now(), *self._local(x, v))
-            told[DISSIPATED] += account.dissipated_power
-            told[EXTERNAL] += account.external_power
+            out[DISSIPATED] += account.dissipated_power
+            out[EXTERNAL] += account.external_power
         except BaseException as error:
             self._failed(error)
-            told[:] = np.nan
+            out[:] = np.nan
         return 0
 
     def _tangents(self, elements: int, x: int, v: int) -> int:
@@ -119,10 +119,10 @@ class PythonRow:
             kept.K[:] = np.nan
         return 0
 
-    def _add_wrench(self, x: FloatArray, f: FloatArray, told: FloatArray) -> None:
+    def _add_wrench(self, x: FloatArray, f: FloatArray, out: FloatArray) -> None:
         f = np.where(self._in_space[self._nodes][..., None], f, 0.0)
-        told[FORCE : FORCE + 3] += f.sum(axis=(0, 1))
-        told[TORQUE : TORQUE + 3] += np.cross(x, f).sum(axis=(0, 1))
+        out[FORCE : FORCE + 3] += f.sum(axis=(0, 1))
+        out[TORQUE : TORQUE + 3] += np.cross(x, f).sum(axis=(0, 1))
 
 
 def _floats(address: int, size: int) -> FloatArray:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from netdae._arrays import FloatArray, Reals, Reals2
+from netdae.core.arrays import FloatArray, Reals, Reals2
 from netdae.forces.law import Law, Shares, Vector, compiled, no_bound
 
 

@@ -36,7 +36,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from netdae._arrays import Flags, FloatArray, IntArray, Reals
+from netdae.core.arrays import Flags, FloatArray, IntArray, Reals
 from netdae.forces.cables import along_of, law_of, strain_of
 from netdae.forces.law import Family, Law, Shares, compiled
 

@@ -18,8 +18,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from netdae._arrays import FloatArray
-from netdae.errors import InputError
+from netdae.core.arrays import FloatArray
+from netdae.core.errors import InputError
 
 
 @dataclass(frozen=True)

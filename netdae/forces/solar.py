@@ -15,7 +15,7 @@ for a sphere 1, 1 and 13/9. Whole satellites have 1.2 to 1.5 (O. Montenbruck and
 3.4). Cords do not shade each other; the Earth's light and heat are left out.
 
 The frame of an orbit turns (see `forces.orbit`): in it the Sun goes round the z axis backwards, with the mean motion
-n, which is 3.7° in a minute at 600 km. `sun_over_orbit` tells it; three numbers do for short flights.
+n, which is 3.7° in a minute at 600 km. `sun_over_orbit` reports it; three numbers do for short flights.
 """
 
 from __future__ import annotations
@@ -28,16 +28,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from netdae._arrays import FloatArray, Reals
-from netdae.errors import InputError
+from netdae.core.arrays import FloatArray, Reals
+from netdae.core.errors import InputError
 from netdae.forces.drag import check_positive, seen_length, seen_slopes, thickness_of
 from netdae.forces.elements import ElementForce
+from netdae.forces.force import Force
 from netdae.forces.law import Law, Shares, compiled
 from netdae.forces.loads import UNIFORM_LOAD, uniform_load
-from netdae.forces.protocol import Force
-from netdae.material import Cords
-from netdae.net import CableNet
-from netdae.signals import Constant, Function, Line, Signal, is_constant, line_of, signal_of
+from netdae.model.material import Cords
+from netdae.model.net import CableNet
+from netdae.model.signals import Constant, Function, Line, Signal, is_constant, line_of, signal_of
 
 TYPICAL = 1.3
 """C_R between black and dull white."""
@@ -81,7 +81,7 @@ class Light:
     @property
     def times(self) -> FloatArray:
         """Times of the table behind it, s."""
-        return self.sun.times  # type: ignore[attr-defined]  # asked for where a table is too short
+        return self.sun.times  # type: ignore[attr-defined]  # needed where a table is too short
 
     def __call__(self, t: float) -> FloatArray:
         """Unit vector (3,), or zero."""

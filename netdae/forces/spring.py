@@ -25,13 +25,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from netdae._arrays import FloatArray, IntArray, Reals, Reals2
-from netdae.errors import InputError
+from netdae.core.arrays import FloatArray, IntArray, Reals, Reals2
+from netdae.core.errors import InputError
 from netdae.forces.elements import ElementForce
+from netdae.forces.force import Force
 from netdae.forces.law import Family, Law, Shares, Vector, compiled
-from netdae.forces.protocol import Force
-from netdae.material import Cords
-from netdae.net import CableNet
+from netdae.model.material import Cords
+from netdae.model.net import CableNet
 
 
 class Strut(NamedTuple):

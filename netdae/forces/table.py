@@ -4,7 +4,7 @@ A row is the address of a force's `Elements` and those of its functions of C, of
 have them compiled; a force written in Python has callbacks in the same places, see `python`.
 
 Arrays are flat over the net, node i at 3i. Signals are start + slope (t − since) within a part of a phase; those that
-are no lines are asked of Python.
+are no lines are evaluated in Python.
 """
 
 from __future__ import annotations
@@ -16,16 +16,16 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import njit
 
-from netdae._arrays import BoolArray, FloatArray, Reals, Reals2, Wholes, wholes
-from netdae.addresses import call, call_for_real, floats
-from netdae.errors import RunError
+from netdae.core.addresses import call, call_for_real, floats
+from netdae.core.arrays import BoolArray, FloatArray, Reals, Reals2, Wholes, wholes
+from netdae.core.errors import RunError
+from netdae.core.records import Record
 from netdae.forces.elements import ElementForce
+from netdae.forces.force import Force
 from netdae.forces.law import OPTIONS
 from netdae.forces.loops import SUMS, loop_of
-from netdae.forces.protocol import Force
 from netdae.forces.python import PythonRow
-from netdae.records import Record
-from netdae.signals import line_of
+from netdae.model.signals import line_of
 
 COMPILED: dict[str, Any] = {"cache": True, **OPTIONS}
 INLINED: dict[str, Any] = {**COMPILED, "forceinline": True}  # else rows count references at each step
@@ -35,7 +35,7 @@ COLUMNS = ("add", "rates", "tangents", "sift", "rests", "rate", "powers")
 
 
 ENDED = 2
-"""What `rests` tells of a rest length that no flight survives."""
+"""What `rests` reports of a rest length that no flight survives."""
 
 
 class Rows(NamedTuple):
@@ -143,7 +143,7 @@ def friction_rate(rows: Rows, x: FloatArray, v: FloatArray, share: FloatArray) -
 
 @njit(**COMPILED)
 def add_powers(rows: Rows, x: FloatArray, v: FloatArray, sums: FloatArray) -> None:
-    """Add the powers of forces written in Python, which tell no shares, to sums."""
+    """Add the powers of forces written in Python, which report no shares, to sums."""
     for r in range(len(rows.elements)):
         if rows.powers[r] != 0:
             call(rows.powers[r], (rows.elements[r], x.ctypes.data, v.ctypes.data, sums.ctypes.data))
@@ -224,7 +224,7 @@ class Table:
     def go_on(self, begin: float, end: float, clip: Callable[[float], float]) -> None:
         """Signals from `begin` to `end`, in a part of a phase in which those that are lines are linear.
 
-        clip : the nearest time inside the part, at which Python is asked
+        clip : the nearest time inside the part, at which Python is called
         """
         self.rows.clock[:] = begin
         self._clip = clip
@@ -241,7 +241,7 @@ class Table:
         self.rows.curved[0] = (c.cast(self._ask, c.c_void_p).value or 0) if asks else 0
 
     def watch(self, lengths: FloatArray) -> None:
-        """Let `rests` tell of rest lengths on reels that fall below these, m, in the order of `rest_lengths`."""
+        """Let `rests` report of rest lengths on reels that fall below these, m, in the order of `rest_lengths`."""
         at = 0
         for record in self.elements:
             least = record.values.least
@@ -249,7 +249,7 @@ class Table:
             at += len(least)
 
     def now(self) -> float:
-        """The time at which Python is asked, inside the part of the phase."""
+        """The time at which Python is called, inside the part of the phase."""
         return self._clip(float(self.rows.clock[1]))
 
     def check(self) -> None:

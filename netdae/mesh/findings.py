@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from netdae._arrays import BoolArray, FloatArray, IntArray
-from netdae.errors import MeshError
-from netdae.net import CableNet
+from netdae.core.arrays import BoolArray, FloatArray, IntArray
+from netdae.core.errors import MeshError
+from netdae.model.net import CableNet
 
 
 class FileNumbers(NamedTuple):

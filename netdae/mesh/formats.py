@@ -1,6 +1,6 @@
 """Formats of mesh files: what each holds as a RawMesh, and a net written in each.
 
-The ending of a file tells its format, see `netdae.mesh.io.SUFFIXES`.
+The ending of a file reports its format, see `netdae.mesh.io.SUFFIXES`.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from typing import Any
 import meshio
 import numpy as np
 
-from netdae._arrays import FloatArray, IntArray
-from netdae.errors import InputError, MeshError
+from netdae.core.arrays import FloatArray, IntArray
+from netdae.core.errors import InputError, MeshError
 from netdae.mesh.findings import FileNumbers
 from netdae.mesh.inp import element_sets_of, keywords_of
 from netdae.mesh.inp import numbers_of as numbers_of_inp
@@ -28,12 +28,12 @@ from netdae.mesh.msh import numbers_of as numbers_of_msh
 from netdae.mesh.msh import physical_groups_of, write_msh
 from netdae.mesh.raw import RawMesh, chain_of
 from netdae.mesh.vtk_lines import read_polylines
-from netdae.net import CableNet
+from netdae.model.net import CableNet
 
 # what meshio says of .vtu files that it reads in part or not at all, though they are whole
 _LEFT_TO_VTK = re.compile("meshio cannot handle|Unknown VTU file version")
 
-# no number in an .inp tells how long it is; lines with two stars are comments
+# no number in an .inp reports how long it is; lines with two stars are comments
 _INP_END = "** end of the net"
 _INP_HEAD = f"** whole if the last line is: {_INP_END}"
 

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from netdae._arrays import IntArray
-from netdae.errors import MeshError
+from netdae.core.arrays import IntArray
+from netdae.core.errors import MeshError
 from netdae.mesh.findings import FileNumbers
 
 Keywords = Sequence[tuple[str, Mapping[str, str]]]

@@ -15,12 +15,12 @@ from pathlib import Path
 
 import numpy as np
 
-from netdae._files import reason_of
-from netdae.errors import InputError, MeshError
+from netdae.core.errors import InputError, MeshError
+from netdae.core.files import reason_of
 from netdae.mesh.findings import difference_of
 from netdae.mesh.formats import first_line, raw_mesh_of, write_mesh
 from netdae.mesh.net import net_of
-from netdae.net import CableNet
+from netdae.model.net import CableNet
 
 log = logging.getLogger(__name__)
 

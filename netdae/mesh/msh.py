@@ -15,10 +15,10 @@ from pathlib import Path
 
 import numpy as np
 
-from netdae._arrays import BoolArray, FloatArray, IntArray
-from netdae.errors import MeshError
+from netdae.core.arrays import BoolArray, FloatArray, IntArray
+from netdae.core.errors import MeshError
 from netdae.mesh.findings import FileNumbers
-from netdae.net import CableNet
+from netdae.model.net import CableNet
 
 VERSIONS = {"2": "2.2", "2.2": "2.2", "4.1": "4.1"}
 LINE, VERTEX = 1, 15  # element types of MSH
@@ -82,7 +82,7 @@ def physical_groups_of(data: bytes) -> PhysicalGroups:
 
 
 def numbers_of(data: bytes) -> FileNumbers:
-    """Numbers of the nodes and elements of an MSH file in text; none for a binary one, whose order tells them."""
+    """Numbers of the nodes and elements of an MSH file in text; none for a binary one, whose order reports them."""
     head = re.search(rb"^\$MeshFormat\s+(\S+)\s+([01])", data, re.MULTILINE)
     if head is None or head[2] == b"1":
         return FileNumbers([], [])

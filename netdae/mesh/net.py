@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from netdae._arrays import BoolArray, FloatArray, IntArray
-from netdae.errors import MeshError
+from netdae.core.arrays import BoolArray, FloatArray, IntArray
+from netdae.core.errors import MeshError
 from netdae.mesh.findings import many, report_coincident, report_doubles, report_unused
 from netdae.mesh.raw import NUMBERS, RawMesh, integer_groups, no_indices
-from netdae.net import CableNet
+from netdae.model.net import CableNet
 
 LARGEST_PLACE = 1e6
 """Largest coordinate of a mesh, m: nets are metres wide, and beyond this knots lose their micrometres."""

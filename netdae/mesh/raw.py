@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from netdae._arrays import BoolArray, FloatArray, IntArray
+from netdae.core.arrays import BoolArray, FloatArray, IntArray
 from netdae.mesh.findings import FileNumbers
-from netdae.net import CABLE_DATA
+from netdae.model.net import CABLE_DATA
 
 NUMBERS = (*CABLE_DATA, "rest_length")
 """Names of cell data that are numbers of the cables and not groups."""

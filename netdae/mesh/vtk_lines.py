@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from netdae._arrays import IntArray
-from netdae.errors import MeshError
+from netdae.core.arrays import IntArray
+from netdae.core.errors import MeshError
 from netdae.mesh.raw import RawMesh, chain_of
 
 # numbers of vtkCellType.h
@@ -25,11 +25,14 @@ def read_polylines(path: Path) -> RawMesh:
     """Read a .vtu or .vtk by pyvista; a poly line of k points gives k − 1 line pieces."""
     import pyvista
 
-    told = pyvista.VtkErrorCatcher(send_to_logging=False)
-    with pyvista.vtk_verbosity("off"), told:
+    reported = pyvista.VtkErrorCatcher(send_to_logging=False)
+    with pyvista.vtk_verbosity("off"), reported:
         mesh: Any = pyvista.read(path)
     # where binary data end early VTK only warns, and hands on what was in the memory
-    wrong = [*told.error_events, *(event for event in told.warning_events if "Error reading" in str(event))]
+    wrong = [
+        *reported.error_events,
+        *(event for event in reported.warning_events if "Error reading" in str(event)),
+    ]
     if wrong:
         raise ValueError(str(wrong[0]))
     if isinstance(mesh, pyvista.PolyData):

@@ -1,1 +1,1 @@
-"""Scenario files: what they may say, and how a simulation is built from it."""
+"""Scenario files: what they may say, one module per section, and how a simulation is built from it."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 import hashlib
 from pathlib import Path
 
-from netdae._files import reason_of
-from netdae.errors import InputError
+from netdae.core.errors import InputError
+from netdae.core.files import reason_of
 from netdae.scenario.reader import Scenario
 
 

@@ -33,8 +33,8 @@ def with_full_names(text: bytes, folder: Path) -> bytes:
     A text that is written too oddly for that is handed back with a first line that says what its names are
     relative to.
     """
-    told = text.decode("utf-8-sig")
-    data = tomllib.loads(told)
+    given = text.decode("utf-8-sig")
+    data = tomllib.loads(given)
     if all(_full(name, folder) == name for name in names_of(data)):
         return text
 
@@ -43,10 +43,10 @@ def with_full_names(text: bytes, folder: Path) -> bytes:
         # TOML takes what JSON writes
         return f"{found[1]}{json.dumps(_full(name, folder), ensure_ascii=False)}"
 
-    result = _FILE.sub(placed, told)
+    result = _FILE.sub(placed, given)
     if _is_same(result, _placed_data(data, folder)):
         return result.encode()
-    return f"# names of files are relative to {_full('.', folder)}\n{told}".encode()
+    return f"# names of files are relative to {_full('.', folder)}\n{given}".encode()
 
 
 def _full(name: str, folder: Path) -> str:

@@ -1,9 +1,8 @@
-"""What may stand in the section [initial] of a scenario file, and the start that it makes of a net."""
+"""The section [initial] of a scenario, and the start that it makes of a net."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from contextlib import AbstractContextManager
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
@@ -11,17 +10,18 @@ import numpy as np
 from pydantic import BeforeValidator, Field, Strict
 from pydantic_core import PydanticCustomError
 
-from netdae import ejection
-from netdae.errors import InputError
-from netdae.initial import scaled
-from netdae.net import CableNet
+from netdae.core.errors import InputError
+from netdae.initial import canister as stowed
+from netdae.initial import ejection
+from netdae.initial.accordion import MOST_FOLDS, accordion
+from netdae.initial.opening import opening_finding
+from netdae.initial.scaled import scaled
+from netdae.initial.star import MOST_PLEATS, star
+from netdae.model.net import CableNet
+from netdae.model.state import State
 from netdae.scenario.groups import check_group
+from netdae.scenario.problems import InSection
 from netdae.scenario.section import Component, FactorVector, Length, Section, Speed, Text, Thickness, Vector
-from netdae.state import State
-from netdae.stowing import canister as stowed
-from netdae.stowing.accordion import MOST_FOLDS, accordion
-from netdae.stowing.opening import opening_finding
-from netdae.stowing.star import MOST_PLEATS, star
 
 
 def _check_two(value: Any) -> Any:
@@ -160,15 +160,15 @@ def start_of(
     initial: Initial,
     net: CableNet,
     masses: Mapping[str, float],
-    section: Callable[..., AbstractContextManager[None]],
+    section: InSection,
     *,
     cord: float = 0.0,
 ) -> Start:
     """Start of a net.
 
     masses : kg that each node of a group carries beside its cables
-    cord : m, the thickness that layers of a pack have room for where the scenario tells none
-    section : called with a section's name, and number, it tells errors by them
+    cord : m, the thickness that layers of a pack have room for where the scenario reports none
+    section : called with a section's name, and number, it reports errors by them
 
     Raises InputError, through `section`, for what cannot be folded or shot.
     """
@@ -257,7 +257,7 @@ def _findings(initial: Initial, net: CableNet, start: State) -> tuple[str, ...]:
 
 
 def spread_of(spread: SpreadEntry | None) -> ejection.Spread:
-    """The deviations of an ejection; none where the scenario tells none."""
+    """The deviations of an ejection; none where the scenario reports none."""
     return ejection.Spread() if spread is None else ejection.Spread(**spread.model_dump())
 
 

@@ -1,27 +1,44 @@
-"""The measures of a net that the section [metrics] of a scenario chooses."""
+"""The section [metrics] of a scenario, and the measures of a net that it chooses."""
 
 from __future__ import annotations
 
-from netdae.metrics import DeploymentMetrics
-from netdae.scenario import schema
+from pydantic import Field
+
+from netdae.output.metrics import DeploymentMetrics
 from netdae.scenario.groups import check_group
-from netdae.system import System
+from netdae.scenario.section import Section, Text
+from netdae.system.system import System
+
+NONE = "none"
+"""What the keys say where a net has no such group."""
 
 
-def metrics_of(chosen: schema.Metrics, system: System) -> DeploymentMetrics:
+class Metrics(Section):
+    """What is measured."""
+
+    mouth: Text | None = Field(
+        None,
+        description='Group of the closed loop of the mouth; "border" if the net has it; "none" for none.',
+    )
+    corners: Text | None = Field(
+        None, description='Node group of the corners; "corners" if the net has it; "none" for none.'
+    )
+
+
+def metrics_of(chosen: Metrics, system: System) -> DeploymentMetrics:
     """Mouth and corners as chosen, or border and corners where the net has them; begun with the system.
 
     Raises InputError for an unknown group, and for a mouth that is no closed loop.
     """
     net = system.net
-    mouth = chosen.mouth or ("border" if "border" in {*net.node_groups, *net.cable_groups} else schema.NONE)
-    corners = chosen.corners or ("corners" if "corners" in net.node_groups else schema.NONE)
+    mouth = chosen.mouth or ("border" if "border" in {*net.node_groups, *net.cable_groups} else NONE)
+    corners = chosen.corners or ("corners" if "corners" in net.node_groups else NONE)
     metrics = DeploymentMetrics(
-        mouth=None if mouth == schema.NONE else mouth, corners=None if corners == schema.NONE else corners
+        mouth=None if mouth == NONE else mouth, corners=None if corners == NONE else corners
     )
-    if mouth != schema.NONE:
+    if mouth != NONE:
         check_group({**net.node_groups, **net.cable_groups}, mouth, "node")
-    if corners != schema.NONE:
+    if corners != NONE:
         check_group(net.node_groups, corners, "node")
     metrics.begin(system)  # finds the loop, or says what is wrong with it
     return metrics

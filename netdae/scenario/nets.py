@@ -1,11 +1,15 @@
-"""What may stand in the section [net] of a scenario file: a mesh file, or a pattern with its keys."""
+"""The section [net] of a scenario, a mesh file or a pattern with its keys, and the net that it makes."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag
 
+from netdae.mesh.io import describe
+from netdae.model.net import CableNet
+from netdae.scenario.problems import InSection
 from netdae.scenario.section import Count, Length, Section, Text, kind_of
 
 
@@ -78,3 +82,18 @@ Net = Annotated[
     | Annotated[Diamond, Tag("diamond")],
     Discriminator(_kind_of_net),
 ]
+
+
+def net_of(entry: Net, folder: Path, section: InSection) -> tuple[CableNet, tuple[str, ...]]:
+    """The net of an entry, and findings on its mesh file; raises InputError, through `section`, for what is no net.
+
+    folder : of the scenario file, to which the mesh file is relative
+    """
+    if isinstance(entry, MeshFile):
+        path = folder / entry.file
+        with section("net", key="file"):
+            found = describe(path, surface_edges=entry.surface_edges)
+        return found.net, tuple(f"{path}: {finding}" for finding in found.findings)
+    pattern = getattr(CableNet, entry.kind)
+    with section("net"):
+        return pattern(**entry.model_dump(exclude={"kind"})), ()

@@ -6,15 +6,19 @@ A place is the way to a problem: keys and indices, for instance ("loads", 1, "fo
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager
 from difflib import get_close_matches
 from typing import Any
 
 from pydantic import ValidationError
 
-from netdae.errors import InputError
+from netdae.core.errors import InputError
 
 Place = Sequence[int | str]
+
+InSection = Callable[..., AbstractContextManager[None]]
+"""Called with a section's name, and number, it reports errors by them."""
 
 ARRAYS = ("material", "masses", "restraints", "initial.ejection", "loads", "events", "closing")
 """Sections that may stand several times, in double brackets."""
@@ -70,7 +74,7 @@ def first_problem(error: ValidationError, data: Mapping[str, Any]) -> str:
 
 
 def _place_of(loc: Place, data: Any) -> list[int | str]:
-    """The place of a problem in the data, without the tags by which pydantic tells alternatives apart."""
+    """The place of a problem in the data, without the tags by which pydantic distinguish alternatives."""
     place: list[int | str] = []
     here = data
     for step in loc:

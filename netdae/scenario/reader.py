@@ -10,14 +10,14 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from netdae._files import reason_of
-from netdae.errors import ScenarioError
+from netdae.core.errors import ScenarioError
+from netdae.core.files import reason_of
 from netdae.mesh.io import SUFFIXES
-from netdae.scenario import schema
 from netdae.scenario.build import Build
 from netdae.scenario.files import names_of, with_full_names
 from netdae.scenario.initial import spread_of
 from netdae.scenario.problems import first_problem
+from netdae.scenario.schema import ScenarioData
 from netdae.scenario.simulation import Simulation
 
 
@@ -31,7 +31,7 @@ class Scenario:
 
     path: Path
     text: bytes
-    data: schema.ScenarioData
+    data: ScenarioData
 
     @property
     def title(self) -> str:
@@ -86,7 +86,7 @@ def read_scenario(path: str | os.PathLike[str]) -> Scenario:
     if source.suffix.lower() in SUFFIXES:
         raise ScenarioError(
             f"{source}: this is a mesh file, not a scenario: give a TOML file whose section [net] has "
-            f'file = "{source.name}"; netdae info {source} tells what is in the mesh'
+            f'file = "{source.name}"; netdae info {source} reports what is in the mesh'
         )
     try:
         data = tomllib.loads(text.decode("utf-8-sig"))
@@ -100,7 +100,7 @@ def read_scenario(path: str | os.PathLike[str]) -> Scenario:
             f"{source}: this is not TOML that can be read: it is nested too deeply"
         ) from error
     try:
-        return Scenario(source, text, schema.ScenarioData.model_validate(data))
+        return Scenario(source, text, ScenarioData.model_validate(data))
     except ValidationError as error:
         raise ScenarioError(f"{source}: {first_problem(error, data)}") from error
 

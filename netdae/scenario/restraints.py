@@ -1,31 +1,51 @@
-"""Restraints that a scenario makes: of its [[restraints]], of held bullets, and what the start must agree with."""
+"""The section [[restraints]] of a scenario, and what restrains a net: these, held bullets, and drums."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
+from pydantic import Discriminator, Field, Tag
 
-from netdae._arrays import FloatArray
-from netdae.ejection import Launch
-from netdae.errors import InputError
-from netdae.motions import Fixed, Motion, Steady, TableMotion
-from netdae.net import CableNet
-from netdae.restraints import Drive, Restraint, mask_of
-from netdae.scenario import schema
-from netdae.scenario.problems import section_in_words
-from netdae.scenario.signals import motion_of
-from netdae.state import State
+from netdae.core.arrays import FloatArray
+from netdae.core.errors import InputError
+from netdae.initial.ejection import Launch
+from netdae.model.motions import Fixed, Motion, Steady, TableMotion
+from netdae.model.net import CableNet
+from netdae.model.restraints import Drive, Restraint, mask_of
+from netdae.model.state import State
+from netdae.scenario.groups import check_nodes
+from netdae.scenario.problems import InSection, section_in_words
+from netdae.scenario.section import Section, Text, TimeOrEvent
+from netdae.scenario.signals import MotionFile, kind_of_value, motion_of
+from netdae.scenario.solver import Solver
 
-InSection = Callable[..., AbstractContextManager[None]]
-"""Called with a section's name, and number, it tells errors by them."""
+FixedOrTable = Annotated[
+    Annotated[Literal["fixed"], Tag("<value>")] | Annotated[MotionFile, Tag("<table>")],
+    Discriminator(kind_of_value),
+]
 
 
-class Told(NamedTuple):
+class Hold(Section):
+    """Axes of a node group that are fixed, or driven along a table."""
+
+    group: Text = Field(description="Node group.")
+    axes: Text = Field("xyz", description="Which of x, y and z are held, for instance xyz.")
+    motion: FixedOrTable = Field(
+        "fixed", description='"fixed", or a table of displacements from the start, m.'
+    )
+    begin: TimeOrEvent | None = Field(
+        None, description="Time in s, or name of an event, at which it begins; the start by default."
+    )
+    until: TimeOrEvent | None = Field(
+        None, description="Time in s, or name of an event, at which it ends; never by default."
+    )
+
+
+class Given(NamedTuple):
     """A restraint, and the section, and the number in it, that it comes from."""
 
     restraint: Restraint
@@ -34,7 +54,7 @@ class Told(NamedTuple):
 
     @property
     def times(self) -> tuple[tuple[str, float], ...]:
-        """Times in s at which it begins or ends, as far as they are known, each by the key that tells it.
+        """Times in s at which it begins or ends, as far as they are known, each by the key that reports it.
 
         A drum is held until it begins to turn, and held for good from its lock on; a table that drives it ends there.
         """
@@ -43,8 +63,8 @@ class Told(NamedTuple):
         if self.section in DRUM_KEYS:
             let_go, locked = DRUM_KEYS[self.section]
             begin, until = locked, let_go if isinstance(restraint.motion, Fixed) else locked
-        told = ((begin, restraint.begin), (until, restraint.until))
-        return tuple((key, t) for key, t in told if not isinstance(t, str) and math.isfinite(t))
+        given = ((begin, restraint.begin), (until, restraint.until))
+        return tuple((key, t) for key, t in given if not isinstance(t, str) and math.isfinite(t))
 
     def says(self, key: str, t: float) -> str:
         """That it begins or ends at t, s, in the words of the scenario."""
@@ -57,16 +77,34 @@ DRUM_KEYS = {"tether": ("begin", "lock"), "closing": ("begin", "hold")}
 """Keys of the sections with drums at which a drum is let go, and at which it is held for good."""
 
 
-def told_in(section: str, restraints: Iterable[Restraint]) -> list[Told]:
+def given_in(section: str, restraints: Iterable[Restraint]) -> list[Given]:
     """Restraints that a section brings."""
-    return [Told(restraint, section) for restraint in restraints]
+    return [Given(restraint, section) for restraint in restraints]
 
 
-def restraint_of(hold: schema.Hold, folder: Path, solver: schema.Solver) -> Restraint:
-    """The restraint of an entry of [[restraints]]; raises InputError for a table that cannot be.
+def restraints_of(
+    entries: Sequence[Hold],
+    net: CableNet,
+    folder: Path,
+    solver: Solver,
+    section: InSection,
+    *,
+    alone: bool,
+) -> list[Given]:
+    """The restraints of the entries; raises InputError, through `section`, for groups and tables that cannot be.
 
     folder : of the scenario file, to which tables are relative
+    alone : see `check_nodes`
     """
+    given = []
+    for number, entry in enumerate(entries):
+        with section("restraints", number):
+            check_nodes(net, entry.group, alone=alone)
+            given.append(Given(_restraint_of(entry, folder, solver), "restraints", number))
+    return given
+
+
+def _restraint_of(hold: Hold, folder: Path, solver: Solver) -> Restraint:
     motion: Motion = Fixed()
     if not isinstance(hold.motion, str):
         motion = motion_of(hold.motion, folder, solver)
@@ -98,10 +136,10 @@ def joined_velocities(
     return joined
 
 
-def late_findings(told: Sequence[Told], begin: float, end: float, section: InSection) -> tuple[str, ...]:
+def late_findings(given: Sequence[Given], begin: float, end: float, section: InSection) -> tuple[str, ...]:
     """Warnings of what begins or ends after the flight, by its section; raises InputError for times before it."""
     late = []
-    for each in told:
+    for each in given:
         for key, t in each.times:
             with section(each.section, each.number):
                 if t < begin:
@@ -116,11 +154,11 @@ def late_findings(told: Sequence[Told], begin: float, end: float, section: InSec
     return tuple(dict.fromkeys(late))
 
 
-def check_restraints(told: Sequence[Told], net: CableNet, start: State, section: InSection) -> None:
+def check_restraints(given: Sequence[Given], net: CableNet, start: State, section: InSection) -> None:
     """Raise InputError for what contradicts the start, or itself, by the section that it is in."""
     after = np.nextafter(start.t, math.inf)
     holding: list[Restraint] = []
-    for restraint, *place in told:
+    for restraint, *place in given:
         with section(*place):
             if restraint.holds(after, {}):
                 holding.append(restraint)

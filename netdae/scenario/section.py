@@ -47,7 +47,7 @@ TimeOrEvent = Annotated[
 
 
 class Section(BaseModel):
-    """A table of the scenario, with unknown and missing keys told by their names."""
+    """A table of the scenario, with unknown and missing keys given by their names."""
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
 

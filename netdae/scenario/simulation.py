@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from netdae._arrays import FloatArray
-from netdae.ejection import Launch
-from netdae.events.book import EventBook
-from netdae.integration import Integration, Watch, integrate
-from netdae.mark import Memory
-from netdae.metrics import DeploymentMetrics
-from netdae.options import SolverOptions
-from netdae.state import State
-from netdae.system import System
+from netdae.core.arrays import FloatArray
+from netdae.events.detector import EventDetector
+from netdae.initial.ejection import Launch
+from netdae.model.state import State
+from netdae.output.metrics import DeploymentMetrics
+from netdae.solvers.driver import Integration, Watch, integrate
+from netdae.solvers.options import SolverOptions
+from netdae.solvers.snapshot import Memory
+from netdae.system.system import System
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +34,7 @@ class Simulation:
     options: SolverOptions
     metrics: DeploymentMetrics
     findings: tuple[str, ...] = ()
-    events: EventBook | None = None
+    events: EventDetector | None = None
     launch: Launch | None = None
     notes: tuple[str, ...] = ()
 

@@ -1,4 +1,4 @@
-"""Springs of a scenario: the kind "spring" of [[loads]], entry and builder."""
+"""The kind "spring" of [[loads]] of a scenario, and the springs that it makes."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from netdae._arrays import FloatArray
+from netdae.core.arrays import FloatArray
 from netdae.forces.spring import Spring
 from netdae.scenario.section import Section, Text, Vector
 

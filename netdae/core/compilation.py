@@ -1,0 +1,30 @@
+"""Compilation of the kernels, which numba caches on disk: reported when it is needed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from numba.core.event import Event, Listener, install_listener
+
+COMPILING = "compiling the kernels, which takes up to a minute; later runs find them on disk"
+
+
+@contextmanager
+def reported_when_compiling(report: Callable[[], None]) -> Iterator[None]:
+    """Call `report` once, just before the first kernel that numba does not find on disk is compiled."""
+    with install_listener("numba:compile", _FirstOnly(report)):
+        yield
+
+
+class _FirstOnly(Listener):  # type: ignore[misc]  # numba has no types
+    def __init__(self, report: Callable[[], None]) -> None:
+        self._report: Callable[[], None] | None = report
+
+    def on_start(self, event: Event) -> None:
+        report, self._report = self._report, None
+        if report is not None:
+            report()
+
+    def on_end(self, event: Event) -> None:
+        pass

@@ -1,0 +1,218 @@
+"""The detector of a flight's events, which finds them between internal steps and records them.
+
+After each internal step the driver asks for the first event in it. Figures are looked at at the ends of steps, by the
+same code for every integrator; where one has passed its value, the instant is located on the integrator's own dense
+output to within round-off of the clock. The order of calls:
+
+    detector.begin(start)
+    for each step from `last` to `step`:
+        while (firing := detector.first(last, step, state_at)) is not None:
+            detector.note(firing)
+            ... its action; the flight may go on elsewhere from firing.state
+            last = firing.state
+
+A figure that passes its value and comes back between two looks goes unseen: a smaller max_step is the remedy, and
+looks at every step where `needs_every_step`. A figure that stands at its value at the start has not passed it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from netdae.core.errors import InputError
+from netdae.events.crossing import Crossing, Largest, StateAt, Watch
+from netdae.events.event import QUANTITIES, Event, check_names
+from netdae.events.quantities import Scene
+from netdae.model.state import State
+from netdae.system.system import System
+
+
+class FoundEvent(NamedTuple):
+    """An event that has been found; `state` is the first one at the event or just beyond it."""
+
+    event: Event
+    state: State
+
+    @property
+    def t(self) -> float:
+        """Time at which it was found, s."""
+        return self.state.t
+
+
+class _Line(NamedTuple):
+    """What is reported of an event that has happened."""
+
+    event: int
+    time: float  # s; of the maximum, where it is one
+    found: float  # s
+    mouth_area: float  # m², at `time`
+    distance: float  # m, at `time`
+    paid_out: float = math.nan  # m, at `found`
+
+
+class EventDetector:
+    """The events of one flight.
+
+    system : as the flight starts; a restraint that begins or ends later changes no figure
+    mouth : name of the group whose closed loop is the mouth, see `mouth.mouth_of`; "border" where there is none
+        means no mouth, as None does
+    corners : name of the node group of the corners, see `mouth.corners_of`
+
+    Raises InputError for two events of one name, and for what an event needs and the net does not have.
+    """
+
+    def __init__(
+        self,
+        events: Sequence[Event],
+        system: System,
+        *,
+        mouth: str | None = "border",
+        corners: str | None = "corners",
+    ) -> None:
+        check_names(events)
+        self._scene = Scene(system, events, mouth=mouth, corners=corners)
+        self._reel = system.net.node_groups.get("reel", ())
+        self._events = tuple(events)
+        self._watches = self._fresh()
+        self._lines: list[_Line] = []
+        self._together: list[int] = []  # numbers of events that happen with the one that was noted last
+        self._step: tuple[State, StateAt] | None = None  # beginning of the step that was asked for last
+
+    def begin(self, start: State) -> None:
+        """Begin a flight at its first state, from which distances count; not after `restore`."""
+        self._scene.begin(start)
+        self._watches, self._lines, self._together = self._fresh(), [], []
+        for watch in self._watches:
+            watch.begin(start)
+
+    def _fresh(self) -> tuple[Watch, ...]:
+        """A watch for each event, none of which has happened."""
+        return tuple(
+            (Largest if event.figure == "largest_mouth_area" else Crossing)(event, self._scene)
+            for event in self._events
+        )
+
+    def first(self, last: State, step: State, state_at: StateAt) -> FoundEvent | None:
+        """The earliest event in the step from `last` to `step`, or None, after which the step is behind.
+
+        last : where the step began, or the state of the firing that was noted before
+        state_at : time in s, between the two, to the State there
+
+        An event that happens together with the one noted before is found at `last` itself.
+        """
+        live = [watch for watch in self._watches if _live(watch)]
+        self._step = last, state_at
+        if self._together:
+            return FoundEvent(self._watches[self._together[0]].event, last)
+        firing, end = None, step
+        for watch in live:
+            state = watch.found(last, end, state_at)
+            if state is not None and (firing is None or state.t < end.t):
+                firing, end = FoundEvent(watch.event, state), state
+        if firing is None:
+            for watch in live:
+                watch.advance(last, step, state_at)
+        return firing
+
+    def note(self, firing: FoundEvent) -> None:
+        """Book the firing that `first` has just given: the event is disarmed, and the step behind up to there."""
+        assert self._step is not None
+        last, state_at = self._step
+        number = next(k for k, watch in enumerate(self._watches) if watch.event is firing.event)
+        together = self._together
+        if together:
+            together.remove(number)
+        else:
+            for watch in filter(_live, self._watches):
+                watch.advance(last, firing.state, state_at)
+            together[:] = [
+                k
+                for k, watch in enumerate(self._watches)
+                if k != number and _live(watch) and watch.beyond(firing.state)
+            ]
+        time, area, distance = self._watches[number].fire(firing.state)
+        paid_out = float(firing.state.x[self._reel, 0].sum()) if len(self._reel) else math.nan
+        self._lines.append(_Line(number, time, firing.t, area, distance, paid_out))
+
+    @property
+    def events(self) -> tuple[Event, ...]:
+        """All events, in their order."""
+        return tuple(watch.event for watch in self._watches)
+
+    @property
+    def needs_every_step(self) -> bool:
+        """Whether an event that may still happen watches a figure that comes and goes within milliseconds."""
+        return any(_live(watch) and QUANTITIES[watch.event.figure].fast for watch in self._watches)
+
+    @property
+    def fired(self) -> dict[str, float]:
+        """Name of each event that has happened, and the time in s at which it was first found."""
+        first: dict[str, float] = {}
+        for line in self._lines:
+            first.setdefault(self._watches[line.event].event.name, line.found)
+        return first
+
+    @property
+    def records(self) -> list[dict[str, Any]]:
+        """For the summary: each happening in its order, then the events that did not happen, time and found None.
+
+        time : s, at which the figure passed its value, or at which the mouth was largest
+        found : s, at which that was known, and the action done
+        mouth_area, distance : m² and m, at `time`; left out where the net has no mouth
+        paid_out : m, of the tether at `found`, when it may be locked; left out where it has no reel
+        """
+        reported = [self._record(line.event, line) for line in self._lines]
+        missing = [self._record(k, None) for k, watch in enumerate(self._watches) if not watch.count]
+        return reported + missing
+
+    def memory(self) -> dict[str, NDArray[Any]]:
+        """All that the detector has seen, as arrays, from which `restore` makes one that goes on identically."""
+        return {
+            "names": np.array([watch.event.name for watch in self._watches], dtype=np.str_),
+            "watches": np.array([watch.memory() for watch in self._watches]).reshape(-1, 6),
+            "lines": np.array(self._lines, dtype=np.float64).reshape(-1, len(_Line._fields)),
+            "origin": np.stack((self._scene.origin, self._scene.direction)),
+            "together": np.array(self._together, dtype=np.int64),
+        }
+
+    def restore(self, memory: Mapping[str, NDArray[Any]]) -> None:
+        """Go on from the memory of a detector of the same events; raises InputError where they are others."""
+        names = [str(name) for name in memory["names"]]
+        if names != [watch.event.name for watch in self._watches]:
+            own = ", ".join(watch.event.name for watch in self._watches) or "none"
+            raise InputError(
+                f"the checkpoint is of a flight with the events {', '.join(names) or 'none'}, this one has {own}: "
+                "resume with the same events"
+            )
+        for watch, seen in zip(self._watches, memory["watches"], strict=True):
+            watch.restore(seen)
+        self._lines = [_Line(int(number), *map(float, rest)) for number, *rest in memory["lines"].tolist()]
+        self._scene.origin, self._scene.direction = np.array(memory["origin"])
+        self._together = [int(number) for number in memory["together"]]
+
+    def _record(self, number: int, line: _Line | None) -> dict[str, Any]:
+        event = self._watches[number].event
+        record: dict[str, Any] = {
+            "name": event.name,
+            "figure": event.figure,
+            "value": event.level if QUANTITIES[event.figure].takes_value else None,
+            "action": event.action,
+            "time": None if line is None else line.time,
+            "found": None if line is None else line.found,
+        }
+        if line is not None:
+            if line.mouth_area == line.mouth_area:  # NaN of a net without a mouth
+                record["mouth_area"] = line.mouth_area
+            record["distance"] = line.distance
+            if line.paid_out == line.paid_out:
+                record["paid_out"] = line.paid_out
+        return record
+
+
+def _live(watch: Watch) -> bool:
+    return watch.count == 0 or watch.event.repeat

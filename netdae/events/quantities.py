@@ -1,0 +1,180 @@
+"""The figures that events watch, as functions of a State.
+
+Symbols: x, v positions and velocities (n, 3), m and m/s; r, w those of the nodes of a loop, (k, 3).
+The vector area of the mouth's loop is A = ½ Σ r_k × r_{k+1}, so that
+
+    dA/dt = ½ Σ (w_k × r_{k+1} + r_k × w_{k+1}),      d|A|/dt = A·(dA/dt)/|A|.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+from numba import njit
+
+from netdae.core.arrays import FloatArray, IntArray, frozen_ints
+from netdae.core.errors import InputError
+from netdae.events.event import Event, Need, QuantityName, check_needs
+from netdae.model.mouth import corners_of, mouth_of, vector_area
+from netdae.model.net import CableNet
+from netdae.model.state import State
+from netdae.system.measurements import Measurements
+from netdae.system.system import System
+
+
+class Scene:
+    """A net with its mouth, corners and tether, and where its centre of mass started and to where it moved.
+
+    Tether, chaser and reel do not count in the centre of mass.
+
+    Raises InputError where an event asks for something that the net does not have.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        events: Sequence[Event],
+        *,
+        mouth: str | None,
+        corners: str | None,
+    ) -> None:
+        net = system.net
+        needed = {need for event in events for need in event.needs}
+        self.system = system
+        self.loop = _found(_mouth_of, net, mouth, must="mouth" in needed or "corners" in needed)
+        self.corners: IntArray | None = None
+        if corners is not None and self.loop is not None and len(net.node_groups.get(corners, ())) >= 3:
+            self.corners = corners_of(net, self.loop, corners) if "corners" in needed else None
+        self.tether = net.cable_groups.get("tether", frozen_ints([]))
+        self.chaser = net.node_groups.get("chaser", frozen_ints([]))
+        self._measurements = Measurements.of(system)
+        self.reference_area = 0.0 if self.loop is None else vector_area(net.nodes[self.loop])
+        self.origin, self.direction = np.zeros(3), np.full(3, np.nan)
+        self._state: State | None = None
+        self._values: dict[str, float] = {}
+        has: dict[Need, bool] = {
+            "mouth": self.loop is not None,
+            "corners": self.corners is not None,
+            "tether": len(self.tether) > 0,
+            "chaser": len(self.chaser) > 0,
+            "strength": bool(np.isfinite(system.strength).any()),
+            "closing": "drums" in net.node_groups,
+        }
+        for event in events:
+            check_needs(event, [need for need, there in has.items() if there])
+
+    def begin(self, start: State) -> None:
+        """Measure distances from this state on, along its momentum; straight ones where it has none."""
+        direction = self._measurements.direction_of(start.v)
+        self.origin = self.centre(start)
+        self.direction = np.full(3, np.nan) if direction is None else direction
+
+    def centre(self, state: State) -> FloatArray:
+        """Centre of mass of the net, (3,), m."""
+        return self._measurements.centre_of(state.x)
+
+    def value(self, figure: QuantityName, state: State) -> float:
+        """A figure of `MEASURES`, in its unit; asked again for the same state it is not measured again."""
+        if state is not self._state:
+            self._state, self._values = state, {}
+        if figure not in self._values:
+            self._values[figure] = MEASURES[figure](self, state)
+        return self._values[figure]
+
+    def area_and_rate(self, state: State) -> tuple[float, float]:
+        """Area of the mouth, m², and its rate, m²/s."""
+        assert self.loop is not None
+        return _area_and_rate(state.x, state.v, self.loop)
+
+
+def _mouth_area(scene: Scene, state: State) -> float:
+    return math.nan if scene.loop is None else scene.area_and_rate(state)[0]
+
+
+def _corner_area(scene: Scene, state: State) -> float:
+    assert scene.corners is not None
+    return _area_and_rate(state.x, state.v, scene.corners)[0]
+
+
+def _distance(scene: Scene, state: State) -> float:
+    way = scene.centre(state) - scene.origin
+    along = float(way @ scene.direction)
+    return along if along == along else float(np.sqrt(way @ way))  # NaN has no direction
+
+
+def _chaser_distance(scene: Scene, state: State) -> float:
+    way = scene.centre(state) - state.x[scene.chaser].mean(axis=0)
+    return float(np.sqrt(way @ way))
+
+
+def _tether_strain(scene: Scene, state: State) -> float:
+    return float(scene.system.strain(state.x)[scene.tether].max())
+
+
+def _tether_tension(scene: Scene, state: State) -> float:
+    return float(scene.system.tension(state.x)[scene.tether].max())
+
+
+def _largest_strain(scene: Scene, state: State) -> float:
+    return float(scene.system.strain(state.x).max())
+
+
+def _load(scene: Scene, state: State) -> float:
+    return float((scene.system.tension(state.x) / scene.system.strength).max())
+
+
+MEASURES: Mapping[QuantityName, Callable[[Scene, State], float]] = {
+    "largest_mouth_area": _mouth_area,
+    "mouth_area": _mouth_area,
+    "corner_area": _corner_area,
+    "distance": _distance,
+    "chaser_distance": _chaser_distance,
+    "tether_taut": _tether_strain,
+    "tether_tension": _tether_tension,
+    "all_slack": _largest_strain,
+    "tension_over_strength": _load,
+}
+"""Function of each figure."""
+
+
+def _mouth_of(net: CableNet, mouth: str | None) -> IntArray | None:
+    if mouth is None or (mouth == "border" and mouth not in {*net.node_groups, *net.cable_groups}):
+        return None
+    return mouth_of(net, mouth)
+
+
+def _found(
+    find: Callable[[CableNet, str | None], IntArray | None], net: CableNet, name: str | None, *, must: bool
+) -> IntArray | None:
+    """What is found in the net; an error of what no event needs leaves it unfound."""
+    try:
+        return find(net, name)
+    except InputError:
+        if must:
+            raise
+        return None
+
+
+@njit(cache=True)
+def _area_and_rate(x: FloatArray, v: FloatArray, loop: IntArray) -> tuple[float, float]:
+    """|A| and d|A|/dt of the loop through nodes; places are taken from its first one, which drops out."""
+    Ax = Ay = Az = dAx = dAy = dAz = 0.0
+    o = loop[0]
+    for k in range(1, len(loop) - 1):
+        i, j = loop[k], loop[k + 1]
+        rx, ry, rz = x[i, 0] - x[o, 0], x[i, 1] - x[o, 1], x[i, 2] - x[o, 2]
+        sx, sy, sz = x[j, 0] - x[o, 0], x[j, 1] - x[o, 1], x[j, 2] - x[o, 2]
+        wx, wy, wz = v[i, 0] - v[o, 0], v[i, 1] - v[o, 1], v[i, 2] - v[o, 2]
+        ux, uy, uz = v[j, 0] - v[o, 0], v[j, 1] - v[o, 1], v[j, 2] - v[o, 2]
+        Ax += ry * sz - rz * sy
+        Ay += rz * sx - rx * sz
+        Az += rx * sy - ry * sx
+        dAx += wy * sz - wz * sy + ry * uz - rz * uy
+        dAy += wz * sx - wx * sz + rz * ux - rx * uz
+        dAz += wx * sy - wy * sx + rx * uy - ry * ux
+    size = math.sqrt(Ax * Ax + Ay * Ay + Az * Az)
+    if size == 0.0:
+        return 0.0, 0.0
+    return 0.5 * size, 0.5 * (Ax * dAx + Ay * dAy + Az * dAz) / size

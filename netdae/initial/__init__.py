@@ -1,0 +1,1 @@
+"""Starts of a flight: scaled, folded into a canister, ejected."""

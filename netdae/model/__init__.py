@@ -1,0 +1,1 @@
+"""The net and what it is made of: frozen data, without forces."""

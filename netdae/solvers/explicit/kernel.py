@@ -1,0 +1,156 @@
+"""The kernel of `verlet` bound to a system: its forces, bodies and restraints, and what they are at each step."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from netdae.core.arrays import FloatArray
+from netdae.core.records import Record
+from netdae.forces.elements import ElementForce
+from netdae.forces.force import Force
+from netdae.forces.table import Table
+from netdae.model.motions import Fixed
+from netdae.model.restraints import Drive
+from netdae.model.signals import is_constant
+from netdae.solvers.explicit.drums import drums_of
+from netdae.solvers.explicit.rayleigh import ImplicitDamping, drags_of
+from netdae.solvers.explicit.verlet import POWERS, Acting, Bodies, Held, Tally, fly
+from netdae.system.system import System
+
+
+class Kernel:
+    """Flies several steps at a time.
+
+    table : the forces that act in each step; `entries` (c,) are the restrained ones of x flat
+    rubs : whether the friction of a cord at its rings bounds the step
+    """
+
+    def __init__(self, system: System, drive: Drive, longest: int) -> None:
+        laws = [(force, force.law) for force in system.forces if isinstance(force, ElementForce)]
+        apart = [force for force, law in laws if law.implicit or law.steady]
+        slow = [force for force, _ in laws if is_slow(force) and force not in apart]
+        forces = [force for force in system.forces if force not in apart and force not in slow]
+        self.table = Table(forces, system.in_space, watch_lengths=True)
+        self._slow_table = Table(slow, system.in_space).prepare("add")
+        self.table.prepare("add", "sift", "rests", "rate", "powers")
+        drums = [force for force in apart if force.law.implicit]
+        self._on_drums = [force.elements(force.nodes, system.in_space) for force in drums]
+        mass = np.repeat(system.mass, 3)
+        self._drive = drive
+        self.look_at_anchors()
+        self.entries = self._held.values.entry
+        share = np.divide(1.0, mass, out=np.zeros_like(mass), where=mass > 0)
+        share[self.entries] = 0.0
+        drags = drags_of([force for force in apart if force.law.steady], len(mass))
+        self._damping = ImplicitDamping(drags, mass, self.entries)
+        shortest = float(system.net.rest_length.min(initial=math.inf))
+        self._bodies = Record(Bodies(mass, share, system.in_space, shortest))
+        self.rubs = any(law.rate is not None and force.parameters.friction > 0 for force, law in laws)
+        taken, given = (_room(len(mass), _any_has(forces, name)) for name in ("dissipative", "external"))
+        self._drums = Record(drums_of(drums, self._on_drums))
+        self._acting = Record(
+            Acting(
+                rows=self.table.address,
+                drums=self._drums.address,
+                taken=taken,
+                given=given,
+                slow_rows=self._slow_table.address,
+                slow=_room(len(mass), bool(slow)),
+                slow_x=_room(len(mass), bool(slow)),
+                slow_v=_room(len(mass), bool(slow)),
+                ahead=_room(len(mass), bool(self.table.rows.ahead.any())),
+                in_python=any(not isinstance(force, ElementForce) for force in forces),
+                rubs=self.rubs,
+            )
+        )
+        self._motions = [r.motion for r in drive.restraints]
+        self._fixed = all(isinstance(each, Fixed) for each in self._motions)
+        self._no_history = np.empty((0, 3, len(mass))), np.empty((0, 10))
+        self._no_motions = np.zeros((longest + 1, 3, 3 * len(self._motions)))
+
+    def look_at_anchors(self) -> None:
+        """Take those of the drive, which a flight that is resumed puts in their place before it enters a phase."""
+        self._held = Record(_held_of(self._drive))
+
+    def go_on(self, part: System, t: float) -> None:
+        """Go on at t in a part of a phase."""
+        begin = part.inside(-math.inf)  # not t: a flight that is resumed has the same lines
+        for table in (self.table, self._slow_table):
+            table.go_on(begin if math.isfinite(begin) else t, part.inside(math.inf), part.inside)
+
+    def fly(
+        self,
+        phase: System,
+        start: tuple[float, float, FloatArray],
+        *,
+        steps: int,
+        hold: int = 1,
+        limits: tuple[float, float] = (math.inf, math.inf),
+        fresh: bool = False,
+        powers: FloatArray | None = None,
+        history: tuple[FloatArray, FloatArray] | None = None,
+    ) -> Tally:
+        """Take steps, at most as many as the `longest` chunk has; raises what a force written in Python raises.
+
+        start : t, h, and x, v, a as (3, 3n), which go on to the end
+        hold : steps for which slow forces are held
+        limits : where a strain or the rate of friction in 1/s passes its limit, or a rest length its least, the steps
+            end; nothing ends them where the first is infinite
+        fresh : whether the flight begins here
+        powers : (8,), of the step before, which go on to the end, see `explicit.verlet.fly`
+        history : room for each step, see `explicit.verlet.fly`
+        """
+        t, h, (x, v, a) = start
+        motions = self._no_motions
+        if not self._fixed:
+            times = [phase.inside(t + k * h) for k in range(steps + 1)]
+            moves = [np.concatenate([motion.at(at) for motion in self._motions], axis=1) for at in times]
+            motions = np.array(moves)
+        if history is None:
+            history = self._no_history
+        addresses = self._bodies.address, self._acting.address, self._held.address
+        before = np.zeros(POWERS) if powers is None else powers
+        tally = fly(
+            x,
+            v,
+            a,
+            addresses,
+            self._damping.at(h),
+            motions,
+            t,
+            h,
+            steps,
+            hold,
+            limits,
+            fresh,
+            before,
+            history,
+        )
+        self.table.check()
+        return tally
+
+
+def is_slow(force: Force) -> bool:
+    """Whether a force from outside changes with places and velocities alone, and little in some steps."""
+    if not isinstance(force, ElementForce) or force.law.shares != ("external",):
+        return False
+    return force.law.external and force.newton == "nothing" and is_constant(force.signal)
+
+
+def _room(size: int, needed: bool) -> FloatArray:
+    return np.zeros(size if needed else 0)
+
+
+def _any_has(forces: list[Force], share: str) -> bool:
+    return any(isinstance(force, ElementForce) and share in force.law.shares for force in forces)
+
+
+def _held_of(drive: Drive) -> Held:
+    entry, motion = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
+    for r, (nodes, axes) in enumerate(drive.places):
+        entry.append((3 * nodes + axes).ravel())
+        motion.append(np.broadcast_to(3 * r + axes, (len(nodes), axes.size)).ravel())
+    entries = np.concatenate(entry)
+    return Held(entries, drive.anchor.ravel()[entries], np.concatenate(motion))

@@ -1,0 +1,316 @@
+"""The explicit method: velocity Verlet in chunks of steps, with a step length that is known to be stable.
+
+The step is the stable one of `stable_step` for limits of strain and of the rate of friction above those so far, and for
+rest lengths on reels below those there are. A step that passes one ends its chunk, and the limits are set anew. Forces
+without a bound of their own are looked at from time to time, and at each short chunk where they may come and go.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter, defaultdict
+from collections.abc import Mapping
+from itertools import pairwise
+from time import perf_counter
+from typing import ClassVar
+
+import numpy as np
+
+from netdae.core.arrays import FloatArray
+from netdae.core.errors import RunError
+from netdae.forces.reel import WOUND_IN
+from netdae.model.restraints import Drive
+from netdae.solvers.explicit.chunk import Chunk, after, between, share_of, share_reported, step_of
+from netdae.solvers.explicit.kernel import Kernel
+from netdae.solvers.explicit.stable_step import STIFF, rate_of, stable_step, without_bound
+from netdae.solvers.explicit.verlet import POWERS, Tally
+from netdae.solvers.options import SolverOptions
+from netdae.solvers.stepper import NOTHING, Share, Step
+from netdae.system.system import System
+
+CHUNK, LEAST = 256, 32  # steps between two looks, 4 to 7 ms of a 21 x 21 net; and where such a chunk is long
+SPAN = 0.02  # share of a phase that a chunk is long at: within it the largest mouth and the like go unseen
+KEPT_NUMBERS = 500_000  # numbers of x, v and a that are kept at once where every step is reported
+FRACTIONS = {"fast": 0.9, "standard": 0.5, "accurate": 0.2}
+"""Share of the stable step length that each accuracy takes; `scripts/accuracy.py` measures what each keeps."""
+LEAST_RATE = 100.0  # 1/s, of friction at rings: no step of a net comes near it
+HOLD = 8  # steps for which slow forces are held at most
+HELD = {"fast": 0.005, "standard": 0.002, "accurate": 0.0005}
+"""Time for which slow forces are held, times their rate: they change by no more than about that share meanwhile."""
+RATES_HOLD = 50  # chunks after which the rate of forces without a bound is looked at again
+SUDDEN = (
+    8  # steps of a chunk where such forces may come and go, as those do of which Newton's matrix takes a part
+)
+UNBOUND = 1e-3  # s, where nothing that moves bounds the step
+UNSTABLE = 0.1  # gain of energy, as a share of the largest, that no stable flight has
+
+
+class ExplicitSolver:
+    """Velocity Verlet for one System; bit-for-bit repeatable.
+
+    every_step : whether each step of a chunk is reported
+    """
+
+    COUNTS: ClassVar[tuple[str, ...]] = ("steps", "step_lengths", "starts")
+
+    def __init__(self, system: System, drive: Drive, options: SolverOptions) -> None:
+        self._system = self._phase = system
+        self._drive = drive
+        self._options = options
+        self._kernel = Kernel(system, drive, CHUNK)
+        self._boundless = without_bound(system)
+        self._sudden = any(force.newton != "nothing" for force in self._boundless)
+        self._look_in, self._stiffest, self._held = 0, math.inf, math.inf
+        self._has_toe = bool((system.cables.eps > 0).any())
+        self._now = np.zeros((3, 3 * system.net.node_count))  # x, v and a
+        self._powers = np.zeros(POWERS)  # of the last step, see `verlet.fly`
+        self._chunk = Chunk(0.0, 0.0, self._now, self._powers, 1)
+        self._done = 0  # steps of it
+        self._steps: list[Step] = []  # of the last chunk, with shares from its begin
+        self._t = 0.0
+        self._fresh = True  # no step has been taken in the phase
+        self._strain_limit = self._rate_limit = self._span = 0.0
+        self._lengths = np.zeros(0)
+        self._stable = 0.0
+        self._peak = 0.0
+        self._energy = self._scale = math.nan
+        self._gained = 0.0
+        self.every_step = False
+        self.counts: Counter[str] = Counter()
+        self.seconds: defaultdict[str, float] = defaultdict(float)
+
+    def enter(self, phase: System, t: float, y: FloatArray, yp: FloatArray) -> None:
+        """Start afresh at t in a phase."""
+        self._phase, self._t, self._fresh = phase, t, True
+        self._span, self._look_in = 0.0, 0
+        self._kernel.look_at_anchors()
+        self._kernel.go_on(phase, t)
+        self._now = np.stack((y[0].ravel(), y[1].ravel(), yp[1].ravel()))
+        self._energy = self._energy_now()
+        self._scale = abs(self._energy)
+        self._gained = 0.0
+        self._limit(float(self._system.strain(y[0]).max()), 0.0)
+        self.counts["starts"] += 1
+
+    def go_on(self, part: System) -> None:
+        """Go on in the part of the phase that begins here, where accelerations of driven axes may jump."""
+        self._phase = part
+        self._kernel.go_on(part, self._t)
+        a_d = self._drive.at(part.inside(self._t))[2].ravel()
+        self._now[2, self._kernel.entries] = a_d[self._kernel.entries]
+
+    def step(self, stop: float) -> list[Step]:
+        """Up to `CHUNK` steps towards `stop`: all, or their end and before it the step of a new largest tension."""
+        begin = perf_counter()
+        remaining = stop - self._t
+        self._span = max(self._span, SPAN * remaining)
+        self._look_at_rate()
+        stable = min(self._stable, self._stiffest)
+        count = min(self._longest(stable), math.ceil(remaining / stable))
+        last = count * stable >= remaining
+        h = remaining / count if last else stable
+        hold = int(max(1, min(HOLD, self._held / h)))
+        self._chunk = Chunk(self._t, h, self._now.copy(), self._powers.copy(), hold, self._fresh)
+        history = None
+        if self.every_step:
+            history = self._rows(count)
+        tally = self._kernel.fly(
+            self._phase,
+            (self._t, h, self._now),
+            steps=count,
+            hold=hold,
+            limits=(self._strain_limit, self._rate_limit),
+            fresh=self._fresh,
+            powers=self._powers,
+            history=history,
+        )
+        self._fresh = False
+        self._done = tally.steps
+        whole = last and tally.steps == count
+        self._t = stop if whole else self._chunk.t + tally.steps * h
+        inner = []
+        if history is not None:
+            inner = [
+                self._inner(k + 1, history[0][k], share_reported(history[1][k], 8))
+                for k in range(tally.steps - 1)
+            ]
+        elif tally.peak > self._peak and tally.peak_step < tally.steps:
+            inner = [self._again(tally.peak_step)[1]]
+        self._steps = [*inner, self._end_of(tally)]
+        self._peak = max(self._peak, tally.peak)
+        self.counts["steps"] += tally.steps
+        if tally.steps < count:
+            self._system.rest_lengths_on_reels(
+                self._places()[0], t=self._t
+            )  # reports which is wound in whole
+        self._check_energy(self._steps[-1].share)
+        if tally.steps < count or self._wasteful(tally.strain, tally.rate):
+            self._limit(tally.strain, tally.rate)
+        self.seconds["steps"] += perf_counter() - begin
+        return [self._steps[0], *(after(step, former.share) for former, step in pairwise(self._steps))]
+
+    def output(self, t: float) -> Step:
+        """The state inside the last chunk, which is flown again up to the step that holds t."""
+        begin = perf_counter()
+        before = min(int((t - self._chunk.t) / self._chunk.h), self._done - 1)
+        first, last = self._again(before + 1)
+        inner = between(t, first, last)
+        self.seconds["outputs"] += perf_counter() - begin
+        history = [
+            step.share for step in self._steps if step.t < t
+        ]  # the running balance starts afresh at each
+        return after(inner, history[-1]) if history else inner
+
+    def memory(self) -> dict[str, FloatArray]:
+        """What the next chunk of steps depends on, beside y."""
+        numbers = (
+            self._t,
+            self._strain_limit,
+            self._stable,
+            self._peak,
+            self._energy,
+            self._scale,
+            self._gained,
+            self._rate_limit,
+            self._span,
+            self._look_in,
+            self._stiffest,
+            self._held,
+        )
+        return {
+            "v": self._now[1].copy(),
+            "a": self._now[2].copy(),
+            "lengths": self._lengths,
+            "numbers": np.array(numbers),
+            "powers": self._powers.copy(),
+            "fresh": np.array(float(self._fresh)),
+        }
+
+    def restore(self, memory: Mapping[str, FloatArray]) -> None:
+        """Go on as the integrator that left this memory."""
+        self._now[1], self._now[2], self._lengths = memory["v"], memory["a"], memory["lengths"].copy()
+        self._fresh, self._powers = bool(memory["fresh"]), memory["powers"].copy()
+        numbers = memory["numbers"].tolist()
+        self._t, self._strain_limit, self._stable, self._peak = numbers[:4]
+        self._energy, self._scale, self._gained, self._rate_limit, self._span = numbers[4:9]
+        self._look_in, self._stiffest, self._held = int(numbers[9]), numbers[10], numbers[11]
+        self._kernel.table.watch(WOUND_IN * self._lengths)
+
+    def _places(self) -> tuple[FloatArray, FloatArray]:
+        """Positions and velocities (n, 3), to be changed."""
+        return self._now[0].reshape(-1, 3), self._now[1].reshape(-1, 3)
+
+    def _longest(self, h: float) -> int:
+        """How many steps of length h a chunk may have."""
+        longest = min(SUDDEN if self._sudden else CHUNK, max(LEAST, self._span / h))
+        if self.every_step:
+            longest = min(longest, KEPT_NUMBERS / self._now.size)
+        return max(1, math.floor(longest))
+
+    def _rows(self, count: int) -> tuple[FloatArray, FloatArray]:
+        """Room for the history of so many steps."""
+        return np.empty((count, *self._now.shape)), np.empty((count, 10))
+
+    def _again(self, count: int) -> tuple[Step, Step]:
+        """The step of that number in the last chunk and the one before it, or the chunk's begin."""
+        states, sums = history = self._rows(min(count, 2))
+        start = self._chunk.t, self._chunk.h, self._chunk.xva.copy()
+        fresh, powers = self._chunk.fresh, self._chunk.powers.copy()
+        self._kernel.fly(
+            self._phase,
+            start,
+            steps=count,
+            hold=self._chunk.hold,
+            fresh=fresh,
+            powers=powers,
+            history=history,
+        )
+        last = self._inner(count, states[-1], share_reported(sums[-1], 9))
+        if count == 1:
+            return self._inner(0, self._chunk.xva, NOTHING), last
+        return self._inner(count - 1, states[0], share_reported(sums[0], 9)), last
+
+    def _inner(self, count: int, xva: FloatArray, share: Share) -> Step:
+        """The state (3, 3n) of the kernel after `count` steps of the last chunk."""
+        return step_of(self._chunk.t + count * self._chunk.h, xva, share)
+
+    def _end_of(self, tally: Tally) -> Step:
+        """The end of the last chunk."""
+        return step_of(self._t, self._now, share_of(tally))
+
+    # The step length
+
+    def _look_at_rate(self) -> None:
+        """Bound the step by the tangents of the moment of the forces that have no bound."""
+        if not self._boundless:
+            return
+        if self._look_in == 0 or self._sudden:
+            self._look_in = RATES_HOLD
+            t = self._phase.inside(self._t)
+            rate = rate_of(self._boundless, self._system, t, *self._places())
+            share = STIFF * FRACTIONS[self._options.accuracy]
+            self._stiffest = share / rate if rate > 0 else math.inf
+            self._held = HELD[self._options.accuracy] / rate if rate > 0 else math.inf
+        self._look_in -= 1
+
+    def _limit(self, strain: float, rate: float) -> None:
+        """Set limits well above strain and rate of friction, by powers of two, and the step that is stable below."""
+        floor = 0.25 * float(self._system.cables.eps.max()) or 1e-2
+        limit = floor * 2.0 ** max(0, math.ceil(math.log2(max(2.0 * strain, floor) / floor)))
+        rubbing = LEAST_RATE * 2.0 ** (
+            0.5 * math.ceil(2 * math.log2(max(1.4 * rate, LEAST_RATE) / LEAST_RATE))
+        )
+        lengths = self._system.rest_lengths_on_reels(self._places()[0])
+        former = self._strain_limit, self._rate_limit
+        if (limit, rubbing) != former or not np.array_equal(lengths, self._lengths):
+            self._strain_limit, self._rate_limit, self._lengths = limit, rubbing, lengths
+            self._kernel.table.watch(WOUND_IN * lengths)
+            self._stable = self._step_length(limit, rubbing if self._kernel.rubs else 0.0)
+            self.counts["step_lengths"] += 1
+
+    def _wasteful(self, strain: float, rate: float) -> bool:
+        """Whether the limits lie far from what is needed."""
+        if self._rate_limit > 8.0 * max(rate, LEAST_RATE):
+            return True
+        if self._has_toe and self._strain_limit > 16.0 * max(strain, 0.0):
+            return True
+        if not len(self._lengths):
+            return False
+        now = self._system.rest_lengths_on_reels(self._places()[0]) / self._lengths
+        return bool(now.min() < 0.5 * (1 + WOUND_IN) or now.min() > 2.0)
+
+    def _step_length(self, strain: float, rate: float) -> float:
+        """The stable step while strain and rate of friction stay below these, times the accuracy's share."""
+        x, _ = self._places()
+        stable = FRACTIONS[self._options.accuracy] * stable_step(self._system, strain, rate=rate, x=x)
+        longest = self._options.max_step or math.inf
+        return min(stable, longest) if math.isfinite(min(stable, longest)) else UNBOUND
+
+    # Energy
+
+    def _energy_now(self) -> float:
+        x, v = self._places()
+        return self._system.kinetic_energy(v) + self._system.elastic_energy(x, t=self._t)
+
+    def _check_energy(self, share: Share | None) -> None:
+        """Raise RunError where energy has come out of nothing, as it does in a step that is too long."""
+        assert share is not None
+        energy = self._energy_now()
+        self._gained += share.external_work - max(share.dissipated_energy, 0.0)  # no damper gives
+        self._scale = max(self._scale, energy, abs(self._gained))
+        excess = energy - self._energy - self._gained
+        if not math.isfinite(excess):
+            bad = np.argwhere(~np.isfinite(self._now).reshape(3, -1, 3).all(axis=(0, 2)))
+            where = f" at node {bad[0, 0]}" if len(bad) else ""
+            raise RunError(
+                f"the run failed at t = {self._t:.9g} s: its state{where} is not finite: a force gave no number, or "
+                f"the explicit step of {self._chunk.h:.3g} s is much too long"
+            )
+        if excess > UNSTABLE * self._scale:
+            speed = np.linalg.norm(self._places()[1], axis=1)
+            node = int(np.argmax(speed))
+            raise RunError(
+                f"the run failed at t = {self._t:.9g} s: its energy rose by {excess:.3g} J out of nothing, the "
+                f"explicit step of {self._chunk.h:.3g} s is too long; worst is node {node} with {speed[node]:.3g} m/s. "
+                "Try a smaller max_step, or method = 'ida'"
+            )

@@ -1,0 +1,102 @@
+"""A chunk of IDA's steps without Python: the loop around IDASolve, which keeps states, powers and work of each step."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from netdae.core.addresses import call, ints
+from netdae.core.records import load
+from netdae.forces.table import ENDED, Rows, rests
+from netdae.solvers.ida.failures import STANDS_STILL, STUCK, WOUND_IN
+from netdae.solvers.ida.kernel import OPTIONS, RATES, between, middle, rates
+from netdae.solvers.ida.layout import RECORD, chunk_of, net_of, record_at
+
+_ONE_STEP = 2  # IDA_ONE_STEP
+_ERRORS_FAILED = RECORD.fields["errors_failed"][1]  # type: ignore[index]
+
+
+@njit(nogil=True, **OPTIONS)
+def begin_rates(address: int, row: int) -> float:
+    """The rates with which the sums go on from a row of the chunk; the largest tension there, N."""
+    u = record_at(address)
+    chunk = chunk_of(u)
+    return rates(chunk.times[row], chunk.states[row], net_of(u), chunk.rates)
+
+
+@njit(nogil=True, **OPTIONS)
+def fly(address: int, row: int, count: int, stop: float, span: float) -> int:
+    """Up to `count` steps from the state in `row`, not beyond `stop` and no more than `span` seconds; IDA's last code.
+
+    A step in which a cord is wound in whole does not count; it stands in the row after `made`.
+    The chunk's rows 0 to `made` are then times, states (x, v), slopes (ẋ, v̇), sums from its begin on, and tensions.
+    """
+    u = record_at(address)
+    size, net, chunk = 6 * u.n, net_of(u), chunk_of(u)
+    rows = load(net.rows, Rows)
+    times, states, slopes, sums, now = chunk.times, chunk.states, chunk.slopes, chunk.sums, chunk.rates
+    if row > 0:
+        for q in range(size):
+            states[0, q], slopes[0, q] = states[row, q], slopes[row, q]
+        times[0] = times[row]
+    for q in range(RATES):
+        sums[0, q] = 0.0
+    then = np.empty(RATES)
+    code, made = 0, 0
+    while made < count and times[made] < stop and times[made] - times[0] < span:
+        k, t = made, times[made]
+        y = states[k + 1]
+        ints(ints(u.y, 1)[0], 2)[1] = y.ctypes.data
+        ints(ints(u.yp, 1)[0], 2)[1] = slopes[k + 1].ctypes.data
+        code = call(u.ida_solve, (u.memory, stop, chunk.clock.ctypes.data, u.y, u.yp, np.int32(_ONE_STEP)))
+        if code < 0:
+            break
+        at = chunk.clock[0]
+        times[made + 1] = at
+        if rests(rows, y[: size // 2]) == ENDED:
+            code = WOUND_IN
+            break
+        made += 1
+        h = at - t
+        for q in range(RATES):
+            then[q] = now[q]
+        chunk.tensions[made] = rates(at, y, net, now)
+        if h > 0.0:
+            middle(h, states[k], y, chunk.middle)
+            rates(t + 0.5 * h, chunk.middle, net, chunk.middle_rates)
+        for q in range(RATES):
+            sums[made, q] = sums[k, q] + h / 6.0 * (then[q] + 4.0 * chunk.middle_rates[q] + now[q])
+        if rows.curved[1] != 0:  # Python has failed
+            made -= 1
+            break
+        u.stuck = u.stuck + 1 if h <= 8.9e-16 * abs(at) else 0
+        if u.stuck > STUCK:
+            code = STANDS_STILL
+            break
+    u.made = made
+    call(u.error_test_fails, (u.memory, address + _ERRORS_FAILED))
+    return code
+
+
+@njit(nogil=True, **OPTIONS)
+def inside(address: int, row: int, t: float, out: Any, share: Any) -> None:
+    """x, v, a at t in the step that begins at `row` into out (9n,), the sums since the chunk began into share (8,)."""
+    u = record_at(address)
+    size, net, chunk = 6 * u.n, net_of(u), chunk_of(u)
+    times, states, slopes, mid = chunk.times, chunk.states, chunk.slopes, np.empty(size)
+    h = times[row + 1] - times[row]
+    for q in range(RATES):
+        share[q] = chunk.sums[row, q]
+    s = (t - times[row]) / h if h > 0.0 else 0.0
+    between(h if h > 0.0 else 1.0, s, states[row], slopes[row], states[row + 1], slopes[row + 1], out)
+    part = t - times[row]
+    if part > 0.0:
+        first, half, last = np.empty(RATES), np.empty(RATES), np.empty(RATES)
+        rates(times[row], states[row], net, first)
+        middle(part, states[row], out[:size], mid)
+        rates(times[row] + 0.5 * part, mid, net, half)
+        rates(t, out[:size], net, last)
+        for q in range(RATES):
+            share[q] += part / 6.0 * (first[q] + 4.0 * half[q] + last[q])

@@ -1,0 +1,83 @@
+"""The record of the compiled driver of IDA: numbers that change, and the addresses of all else that it works on.
+
+Its own address is IDA's user data and the content of Newton's solver. `ida.record` fills it.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import carray, njit
+
+from netdae.core.addresses import pointer_of
+from netdae.core.arrays import Reals, Reals2, Wholes
+from netdae.core.records import load
+from netdae.solvers.ida.dyads import Dyads
+from netdae.solvers.ida.kernel import Net
+from netdae.solvers.ida.newton import Matrix
+from netdae.solvers.linalg.block_ldl import Ldl
+
+_PARTS = "net matrix ldl dyads chunk"
+_OF_SUNDIALS = "ida_solve system_data error_test_fails on_setup on_test memory y yp correction"
+_COUNTS = """
+    residuals setups solves errors_failed newton_failed not_finite singular made stuck iteration
+"""
+_REALS = "cj rtol atol_position atol_velocity not_finite_at"
+
+RECORD = np.dtype(
+    [(name, np.int64) for name in f"n {_PARTS} {_OF_SUNDIALS} {_COUNTS}".split()]
+    + [(name, np.float64) for name in _REALS.split()]
+)
+
+
+class Chunk(NamedTuple):
+    """The steps of a chunk, (rows,), and room for one."""
+
+    times: Reals
+    states: Reals2  # (rows, 6n), x and v
+    slopes: Reals2  # (rows, 6n), ẋ and v̇
+    sums: Reals2  # (rows, 8), see `kernel.rates`, since the chunk began
+    tensions: Reals  # N
+    rates: Reals  # (8,) now
+    middle_rates: Reals
+    middle: Reals  # (6n,)
+    clock: Reals
+    system: Wholes  # (8,), what IDA reports of its nonlinear system
+    z: Reals  # (6n,), Newton's last correction
+
+
+@njit(cache=True)
+def record_at(address: int) -> Any:
+    """The record at an address."""
+    return carray(pointer_of(address), 1, RECORD)[0]
+
+
+@njit(cache=True)
+def net_of(u: Any) -> Net:
+    """The net of a record."""
+    return load(u.net, Net)
+
+
+@njit(cache=True)
+def matrix_of(u: Any) -> Matrix:
+    """The Newton matrix of a record."""
+    return load(u.matrix, Matrix)
+
+
+@njit(cache=True)
+def ldl_of(u: Any) -> Ldl:
+    """The factor of a record's Newton matrix."""
+    return load(u.ldl, Ldl)
+
+
+@njit(cache=True)
+def dyads_of(u: Any) -> Dyads:
+    """The dyads of a record."""
+    return load(u.dyads, Dyads)
+
+
+@njit(cache=True)
+def chunk_of(u: Any) -> Chunk:
+    """The chunk of a record."""
+    return load(u.chunk, Chunk)

@@ -1,0 +1,1 @@
+"""Factors of sparse matrices, and the condensed Newton system."""

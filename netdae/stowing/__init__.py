@@ -1,1 +1,0 @@
-"""Nets folded into their canisters."""
