@@ -22,15 +22,15 @@ StateAt = Callable[[float], State]
 
 SIDES = {"up": (-1,), "down": (1,), "both": (-1, 1)}
 NEAR = 1e-12  # share of a step to which an event is located; round-off of the clock where that is more
-PEAK_NEAR = 1e-6  # the same of a maximum, whose height hangs on the square of it
+PEAK_NEAR = 1e-6  # the same for a maximum, whose height depends on the square of it
 SMALLEST_TOP = 0.1  # share of its reference area to which a mouth has to open for its fall to count in full
 
 
 class Watch(Protocol):
-    """What the detector needs of the search for one event."""
+    """What the detector needs from the search for one event."""
 
     event: Event
-    count: int  # of the times that the event has happened
+    count: int  # times that the event has happened
 
     def begin(self, start: State) -> None:
         """Start from the first state of the flight."""
@@ -49,7 +49,7 @@ class Watch(Protocol):
         ...
 
     def fire(self, state: State) -> tuple[float, float, float]:
-        """See the event happen: its time in s, with mouth area in m² and distance in m at that time."""
+        """Record the event; return its time in s, with mouth area in m² and distance in m at that time."""
         ...
 
     def memory(self) -> FloatArray:
@@ -64,7 +64,7 @@ class Watch(Protocol):
 def located(
     g: Callable[[State], float], last: State, step: State, state_at: StateAt, *, share: float = NEAR
 ) -> State:
-    """The first state found at which g has left its sign at `last` for that at `step`, by Brent's method.
+    """The first state found after g has changed from its sign at `last` to that at `step`, by Brent's method.
 
     share : of the step, to which the instant is located
     """
@@ -81,7 +81,7 @@ def located(
 
     near = max(share * (step.t - last.t), 2 * math.ulp(step.t))
     brentq(at, last.t, step.t, xtol=near, maxiter=200, disp=False)
-    # the method keeps a bracket, whose end beyond the event is the first such state among all it has asked for
+    # the method keeps a bracket, whose end beyond the event is the first such state among all evaluated
     return seen[min(t for t, (value, _) in seen.items() if value * side <= 0)][1]
 
 
@@ -104,8 +104,24 @@ class Crossing:
         """Whether g has left its side."""
         return self._side != 0 and self._g(state) * self._side <= 0
 
+    def scan(self) -> Callable[[FloatArray], int] | None:
+        """First of the positions x (r, n, 3) after r steps at which the event is armed or happens, or r.
+
+        None where each step must be seen: for a repeated event, and where the scene has no scan of the quantity.
+        """
+        scan = self._scene.scan(self.event.figure)
+        if scan is None or self.event.repeat:
+            return None
+        leaving = (-self._side,) if self._side else self._sides
+
+        def first(x: FloatArray) -> int:
+            there = np.isin(np.sign(scan.largest(x) - self.event.level), leaving)
+            return int(there.argmax()) if there.any() else len(x)
+
+        return first
+
     def found(self, last: State, step: State, state_at: StateAt) -> State | None:
-        """Where g changes its sign, which it is known to do by the state at the end of the step."""
+        """Where g changes its sign, which it is known to do from the state at the end of the step."""
         if self._side == 0 or not self._g(step) * self._side < 0:
             return None
         return located(self._g, last, step, state_at)
@@ -153,9 +169,9 @@ class Crossing:
 class Largest:
     """Watch of the largest mouth area: a running maximum that the area has fallen below by a share.
 
-    The maximum inside a step is where the area's rate falls through zero. A fall counts
-    in full once the mouth has opened to a tenth of its area in x̄; below, by as much: a packed net's mouth flutters.
-    Repeated, the event is armed again once the area has risen by the same share over its smallest since.
+    The maximum inside a step is where the area's rate falls through zero. A fall counts once the mouth has opened
+    to a tenth of its area in x̄, since a packed net's mouth flutters; below, shares are of this tenth.
+    A repeated event is armed again once the area has risen by the same share above its smallest value since.
     """
 
     def __init__(self, event: Event, scene: Scene) -> None:
@@ -165,7 +181,7 @@ class Largest:
         self._armed = True
         self._top = (0.0, -math.inf, 0.0)  # area, time, distance
         self._bottom = 0.0
-        self._ends: tuple[State, float, float] | None = None  # last state that was asked for, area and rate
+        self._ends: tuple[State, float, float] | None = None  # last state evaluated, its area and rate
         self._reported: tuple[State, State, tuple[float, float, float], State] | None = None
 
     def begin(self, start: State) -> None:
@@ -186,7 +202,7 @@ class Largest:
         return located(lambda state: self._fall(top[0], state), since, step, state_at)
 
     def advance(self, last: State, step: State, state_at: StateAt) -> None:
-        """Take the step's maximum over; or its minimum, after the event has happened."""
+        """Update the maximum with that of the step; or the minimum, after the event has happened."""
         if self._armed:
             self._top, _ = self._top_after(last, step, state_at)
             return

@@ -1,6 +1,6 @@
-"""The detector of a flight's events, which finds them between internal steps and records them.
+"""The event detector, which finds the events of a flight between internal steps and records them.
 
-After each internal step the driver asks for the first event in it. Figures are looked at at the ends of steps, by the
+After each internal step the driver asks for the first event in it. Figures are evaluated at the ends of steps, by the
 same code for every integrator; where one has passed its value, the instant is located on the integrator's own dense
 output to within round-off of the clock. The order of calls:
 
@@ -11,19 +11,20 @@ output to within round-off of the clock. The order of calls:
             ... its action; the flight may go on elsewhere from firing.state
             last = firing.state
 
-A figure that passes its value and comes back between two looks goes unseen: a smaller max_step is the remedy, and
-looks at every step where `needs_every_step`. A figure that stands at its value at the start has not passed it.
+A figure that passes its value and comes back between two evaluations goes unseen; remedies are a smaller max_step, and
+an evaluation at every step where `needs_every_step`. A figure that is at its value at the start has not passed it.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from netdae.core.arrays import FloatArray
 from netdae.core.errors import InputError
 from netdae.events.crossing import Crossing, Largest, StateAt, Watch
 from netdae.events.event import QUANTITIES, Event, check_names
@@ -45,7 +46,7 @@ class FoundEvent(NamedTuple):
 
 
 class _Line(NamedTuple):
-    """What is reported of an event that has happened."""
+    """What is reported about an event that has happened."""
 
     event: int
     time: float  # s; of the maximum, where it is one
@@ -63,7 +64,7 @@ class EventDetector:
         means no mouth, as None does
     corners : name of the node group of the corners, see `mouth.corners_of`
 
-    Raises InputError for two events of one name, and for what an event needs and the net does not have.
+    Raises InputError for two events with the same name, and where the net lacks what an event needs.
     """
 
     def __init__(
@@ -81,7 +82,7 @@ class EventDetector:
         self._watches = self._fresh()
         self._lines: list[_Line] = []
         self._together: list[int] = []  # numbers of events that happen with the one that was noted last
-        self._step: tuple[State, StateAt] | None = None  # beginning of the step that was asked for last
+        self._step: tuple[State, StateAt] | None = None  # start of the step that was searched last
 
     def begin(self, start: State) -> None:
         """Begin a flight at its first state, from which distances count; not after `restore`."""
@@ -98,7 +99,7 @@ class EventDetector:
         )
 
     def first(self, last: State, step: State, state_at: StateAt) -> FoundEvent | None:
-        """The earliest event in the step from `last` to `step`, or None, after which the step is behind.
+        """The earliest event in the step from `last` to `step`, or None, after which the step is done.
 
         last : where the step began, or the state of the firing that was noted before
         state_at : time in s, between the two, to the State there
@@ -120,7 +121,7 @@ class EventDetector:
         return firing
 
     def note(self, firing: FoundEvent) -> None:
-        """Book the firing that `first` has just given: the event is disarmed, and the step behind up to there."""
+        """Record the firing that `first` has just returned: the event is disarmed, and the step is done up to there."""
         assert self._step is not None
         last, state_at = self._step
         number = next(k for k, watch in enumerate(self._watches) if watch.event is firing.event)
@@ -149,6 +150,16 @@ class EventDetector:
         """Whether an event that may still happen watches a figure that comes and goes within milliseconds."""
         return any(_live(watch) and QUANTITIES[watch.event.figure].fast for watch in self._watches)
 
+    def scan(self) -> Callable[[FloatArray], int] | None:
+        """See `solvers.event_search.EventSearch.scan`."""
+        found = [
+            watch.scan() if isinstance(watch, Crossing) else None
+            for watch in self._watches
+            if _live(watch) and QUANTITIES[watch.event.figure].fast
+        ]
+        firsts = [each for each in found if each is not None]
+        return (lambda x: min(first(x) for first in firsts)) if len(firsts) == len(found) else None
+
     @property
     def fired(self) -> dict[str, float]:
         """Name of each event that has happened, and the time in s at which it was first found."""
@@ -159,10 +170,10 @@ class EventDetector:
 
     @property
     def records(self) -> list[dict[str, Any]]:
-        """For the summary: each happening in its order, then the events that did not happen, time and found None.
+        """For the summary: each event that happened, in order, then those that did not, with time and found None.
 
         time : s, at which the figure passed its value, or at which the mouth was largest
-        found : s, at which that was known, and the action done
+        found : s, at which that was known, and the action taken
         mouth_area, distance : m² and m, at `time`; left out where the net has no mouth
         paid_out : m, of the tether at `found`, when it may be locked; left out where it has no reel
         """
@@ -181,7 +192,7 @@ class EventDetector:
         }
 
     def restore(self, memory: Mapping[str, NDArray[Any]]) -> None:
-        """Go on from the memory of a detector of the same events; raises InputError where they are others."""
+        """Go on from the memory of a detector of the same events; raises InputError where they differ."""
         names = [str(name) for name in memory["names"]]
         if names != [watch.event.name for watch in self._watches]:
             own = ", ".join(watch.event.name for watch in self._watches) or "none"

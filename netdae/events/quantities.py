@@ -17,6 +17,7 @@ from numba import njit
 from netdae.core.arrays import FloatArray, IntArray, frozen_ints
 from netdae.core.errors import InputError
 from netdae.events.event import Event, Need, QuantityName, check_needs
+from netdae.events.scan import Scan
 from netdae.model.mouth import corners_of, mouth_of, vector_area
 from netdae.model.net import CableNet
 from netdae.model.state import State
@@ -25,11 +26,11 @@ from netdae.system.system import System
 
 
 class Scene:
-    """A net with its mouth, corners and tether, and where its centre of mass started and to where it moved.
+    """A net with its mouth, corners and tether, and the start and direction of its centre of mass.
 
     Tether, chaser and reel do not count in the centre of mass.
 
-    Raises InputError where an event asks for something that the net does not have.
+    Raises InputError where an event needs something that the net does not have.
     """
 
     def __init__(
@@ -76,12 +77,16 @@ class Scene:
         return self._measurements.centre_of(state.x)
 
     def value(self, figure: QuantityName, state: State) -> float:
-        """A figure of `MEASURES`, in its unit; asked again for the same state it is not measured again."""
+        """A figure of `MEASURES`, in its unit; it is computed once for the same state."""
         if state is not self._state:
             self._state, self._values = state, {}
         if figure not in self._values:
             self._values[figure] = MEASURES[figure](self, state)
         return self._values[figure]
+
+    def scan(self, figure: QuantityName) -> Scan | None:
+        """Scan of a figure over many steps at once; None where there is none."""
+        return Scan.of(self.system, figure, self.tether)
 
     def area_and_rate(self, state: State) -> tuple[float, float]:
         """Area of the mouth, m², and its rate, m²/s."""
@@ -148,7 +153,7 @@ def _mouth_of(net: CableNet, mouth: str | None) -> IntArray | None:
 def _found(
     find: Callable[[CableNet, str | None], IntArray | None], net: CableNet, name: str | None, *, must: bool
 ) -> IntArray | None:
-    """What is found in the net; an error of what no event needs leaves it unfound."""
+    """What is found in the net; None after an error unless an event needs it."""
     try:
         return find(net, name)
     except InputError:
@@ -159,7 +164,7 @@ def _found(
 
 @njit(cache=True)
 def _area_and_rate(x: FloatArray, v: FloatArray, loop: IntArray) -> tuple[float, float]:
-    """|A| and d|A|/dt of the loop through nodes; places are taken from its first one, which drops out."""
+    """|A| and d|A|/dt of the loop through nodes; positions are relative to its first node, which drops out."""
     Ax = Ay = Az = dAx = dAy = dAz = 0.0
     o = loop[0]
     for k in range(1, len(loop) - 1):

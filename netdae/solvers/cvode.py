@@ -1,4 +1,4 @@
-"""SUNDIALS CVODE in IDA's place, for comparison: BDF with plain GMRES, or Adams, as in `scipy_methods`."""
+"""SUNDIALS CVODE in place of IDA, for comparison: BDF with plain GMRES, or Adams, as in `scipy_methods`."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from netdae.model.restraints import Drive
 from netdae.solvers.ida.stepper import quiet
 from netdae.solvers.options import SolverOptions
 from netdae.solvers.scipy_methods import FirstOrder
-from netdae.solvers.stepper import Step
+from netdae.solvers.stepper import Scan, Step
 from netdae.system.system import System
 
 FAMILIES = {"cvode_bdf": "BDF", "cvode_adams": "Adams"}
@@ -43,6 +43,7 @@ class CvodeSolver:
         )
         self._t = 0.0
         self.every_step = True
+        self.scan: Scan | None = None
         self.counts: Counter[str] = Counter()
         self.seconds: defaultdict[str, float] = defaultdict(float)
 
@@ -73,15 +74,15 @@ class CvodeSolver:
         return [step]
 
     def output(self, t: float) -> Step:
-        """The state inside the last step, by CVODE's own polynomial."""
+        """The state inside the last step, from CVODE's own polynomial."""
         return self._advance(t, "normal", None)
 
     def memory(self) -> dict[str, FloatArray]:
-        """Nothing: it goes on with a fresh start."""
+        """Nothing: a resumed flight starts this integrator afresh."""
         return {}
 
     def restore(self, memory: Mapping[str, FloatArray]) -> None:
-        """Nothing to take over."""
+        """Nothing to restore."""
 
     def _advance(self, t: float, method: str, stop: float | None) -> Step:
         with quiet():

@@ -1,9 +1,10 @@
-"""The driver of a flight: stages, phases, internal steps, output times, balance.
+"""The driver of a flight: stages, phases, internal steps, output times, energy balance.
 
-A flight is cut at the jumps of loads and motions, and where restraints begin or end, into phases; each starts afresh,
-with exact stop, consistent accelerations and the impulse of driven nodes booked. Inside a phase kinks only stop a step.
-An event on which something depends ends a stage, after which the phases are found anew. Steps do not depend on the
-output times: those are read from the integrator's own polynomial, and so are the times of events.
+A flight is cut into phases at the jumps of loads and motions, and where restraints begin or end. Each phase starts
+afresh, with an exact stop, consistent accelerations and the impulse of driven nodes added to the balance. Inside a
+phase, kinks only stop a step. An event on which something depends ends a stage, after which the phases are found anew.
+Steps do not depend on the output times: states at these and the times of events are read from the integrator's own
+polynomial.
 """
 
 from __future__ import annotations
@@ -33,9 +34,9 @@ Watch = Callable[[State], None]
 
 
 class Integration:
-    """Iterator over the States at the output times; `statistics` reports what it took so far.
+    """Iterator over the States at the output times; `statistics` reports counts and wall times so far.
 
-    `impulses` lists the (time, impulse (3,) in N s) that restraints gave in jumps of velocity.
+    `impulses` lists the (time, impulse (3,) in N s) of restraints at jumps of velocity.
     `fired` holds the times of those events that have happened, by name.
     """
 
@@ -93,8 +94,8 @@ class Integration:
     def statistics(self) -> dict[str, Any]:
         """Counts of steps, residuals, setups, solves, failures and starts, and wall seconds by part.
 
-        driver, of IDA: "compiled", or "python", which reports failures from the order of IDA's calls: a setup in the
-        middle of an attempt at a step, or a step back from four corrections or from ones that shrink too slowly, is a
+        driver, of IDA: "compiled" or "python". The latter infers failures from the order of IDA's calls: a setup in the
+        middle of an attempt at a step, or a step back after four corrections or after ones that shrink too slowly, is a
         failure of Newton's iteration; any other step back is one of the error test.
         """
         counts = {name: self._solver.counts[name] for name in self._solver.COUNTS}
@@ -109,23 +110,23 @@ class Integration:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What a user should know of the way it was flown."""
+        """What a user should know about how it was flown."""
         note = getattr(self._solver, "note", "")
         return (note,) if note else ()
 
-    # A flight that goes on
+    # Resuming
 
     def memory(self) -> dict[str, Any]:
-        """Names to arrays from which `integrate(..., resume=memory)` goes on, as of the frame that was yielded last.
+        """Arrays by name from which `integrate(..., resume=memory)` continues after the last yielded frame.
 
-        t : s, the end of the last internal step that lies behind; frames : how many were yielded
+        t : s, the end of the last completed internal step; frames : number of frames yielded
         """
         if self._snapshot is None:
             raise RuntimeError("nothing was flown yet: ask for the first State before the memory")
         return self._snapshot.memory(self._frames, self._frame, self._drive.anchor, self._seconds)
 
     def _restore(self, memory: Memory) -> None:
-        """Take the place of the flight that left this memory."""
+        """Continue the flight that left this memory."""
         if memory["x"].shape != self._now.x.shape:
             raise InputError(
                 f"resume: the memory is of {len(memory['x'])} nodes, the net has {len(self._now.x)}: "
@@ -182,7 +183,7 @@ class Integration:
                     break
 
     def _fly_phase(self, phase: System, begin: float, stop: float) -> Generator[State, None, Firing | None]:
-        """Fly to `stop`, or to the event that ends the stage, which is returned."""
+        """Fly to `stop` or to the event that ends the stage; return that event."""
         resumed, self._resumed = self._resumed, None
         if resumed is None:
             self._phase = begin
@@ -214,7 +215,7 @@ class Integration:
         return None
 
     def _begin(self, phase: System, t: float) -> System:
-        """Start a phase at t: what begins or ends there, consistent accelerations, impulses; the phase as it holds."""
+        """Start a phase at t (restraints, consistent accelerations, impulses); return the phase as it then holds."""
         x, v = self._now.x.copy(), self._now.v.copy()
         inside = phase.inside(t)
         for ended, place in self._hold(inside, x):
@@ -237,7 +238,7 @@ class Integration:
         return phase
 
     def _hold(self, t: float, x: FloatArray) -> list[tuple[Restraint, tuple[IntArray, ...]]]:
-        """Let those restraints hold that do from t on; those that ended, with their places."""
+        """Apply the restraints that hold from t on; return those that ended, with their places."""
         active, former = _holding(self._whole, t, self.fired), self._drive
         if active == former.restraints:
             return []
@@ -252,6 +253,7 @@ class Integration:
         """One call of the integrator towards `kink`, with the frames and events inside."""
         if self._events is not None:
             self._solver.every_step = self._events.needs_every_step
+            self._solver.scan = self._events.scan() if self._solver.every_step else None
         steps = self._solver.step(kink)
         for step in steps:
             state = self._state(step)
@@ -275,7 +277,7 @@ class Integration:
                     self._outputs.popleft()
                 reported = self._running_balance.reported()
                 self._balance = self._running_balance.balance()
-            # at an event that only ends a stage there is no snapshot: the flight is gone on from before it
+            # no snapshot at an event that only ends a stage: the flight is resumed from before it
             if step is steps[-1] or stopped:
                 self._take_snapshot(stopped=stopped)
             if at_frame or stopped:
@@ -285,7 +287,7 @@ class Integration:
         return None
 
     def _find(self, events: EventSearch, state: State) -> Firing | None:
-        """The first event up to `state` on which something depends; those before it are noted."""
+        """The first event up to `state` on which something depends; earlier ones are noted."""
         last = self._now
         while (firing := events.first(last, state, self._state_at)) is not None:
             events.note(firing)
@@ -296,7 +298,7 @@ class Integration:
         return None
 
     def _cut(self, t: float) -> tuple[State, Step]:
-        """The running step up to t only."""
+        """The running step, cut at t."""
         if t <= self._now.t:
             now = self._now
             return now, Step(now.t, np.stack((now.x, now.v)), np.stack((now.v, now.a)))
@@ -324,7 +326,7 @@ class Integration:
         return State(state.t, state.x, state.v, state.a, self._running_balance.reported())
 
     def _frame_of(self, state: State, balance: EnergyBalance) -> Iterator[State]:
-        """The frame, unless the flight that is resumed has yielded it."""
+        """The frame, unless the resumed flight has already yielded it."""
         self._frame = state.t
         if state.t > self._swallowed_until:
             self._frames += 1
@@ -345,7 +347,7 @@ def _holding(system: System, t: float, fired: Mapping[str, float]) -> tuple[Rest
 
 
 def _read_only(state: State) -> State:
-    """The state, which no watcher can change any more."""
+    """The state, made read-only for watchers."""
     for array in (state.x, state.v, state.a):
         array.flags.writeable = False
     return state
@@ -375,14 +377,14 @@ def integrate(
     events: EventSearch | None = None,
     resume: Memory | None = None,
 ) -> Integration:
-    """Fly `system` from `start` and yield the States at `times`, of which the first is the start's.
+    """Fly `system` from `start` and yield the States at `times`, the first of which is the start's.
 
     watch : callables that see the State at the start and at every internal step of the integrator
     events : finds what happens during the flight; an event whose action is "stop" ends it with a frame of its own
     resume : `Integration.memory` of a flight of the same system, start and options up to one of its frames: the
         States after that frame are yielded, and the steps after its t are watched
 
-    Raises InputError for times that do not rise or a start that contradicts a restraint, RunError for a run that fails.
+    Raises InputError for times that do not increase or a start that contradicts a restraint, RunError for a failed run.
     """
     instants = np.asarray(times, dtype=np.float64)
     if instants.ndim != 1 or len(instants) < 2 or not np.isfinite(instants).all():

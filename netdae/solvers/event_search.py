@@ -1,15 +1,16 @@
-"""What the driver of a flight needs of whatever finds its events."""
+"""What the driver of a flight needs from its event search."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
+from netdae.core.arrays import FloatArray
 from netdae.model.state import State
 
 
 class Happening(Protocol):
-    """What an event is called and asks for."""
+    """The name and action of an event."""
 
     @property
     def name(self) -> str: ...  # noqa: D102
@@ -18,7 +19,7 @@ class Happening(Protocol):
 
 
 class Firing(Protocol):
-    """An event that has been found; `state` is the first one at it or just beyond."""
+    """An event that was found; `state` is the first one at or just beyond it."""
 
     @property
     def event(self) -> Happening: ...  # noqa: D102
@@ -29,13 +30,20 @@ class Firing(Protocol):
 
 
 class EventSearch(Protocol):
-    """What finds the events of a flight, see `events.detector.EventDetector`."""
+    """The search for the events of a flight, see `events.detector.EventDetector`."""
 
     @property
     def needs_every_step(self) -> bool: ...  # noqa: D102
 
+    def scan(self) -> Callable[[FloatArray], int] | None:
+        """The first of positions (r, n, 3) after r steps at which an event that needs every step happens, or r.
+
+        None where each step has to be reported.
+        """
+        ...
+
     def begin(self, start: State) -> None:
-        """Take in the first state; not after `restore`."""
+        """Start from the first state; not after `restore`."""
         ...
 
     def first(self, last: State, step: State, state_at: Callable[[float], State]) -> Firing | None:
@@ -43,7 +51,7 @@ class EventSearch(Protocol):
         ...
 
     def note(self, firing: Any) -> None:
-        """The firing that was found last has been dealt with."""
+        """Record that the last firing found has been dealt with."""
         ...
 
     def memory(self) -> dict[str, Any]:
@@ -51,5 +59,5 @@ class EventSearch(Protocol):
         ...
 
     def restore(self, memory: Mapping[str, Any]) -> None:
-        """Go on from there."""
+        """Continue from such a memory."""
         ...

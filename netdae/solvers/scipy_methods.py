@@ -1,6 +1,6 @@
-"""SciPy's integrators in IDA's place, for comparison: the explicit first-order form ẏ = (v, f/M), y = (x, v).
+"""SciPy's integrators in place of IDA, for comparison: the explicit first-order form ẏ = (v, f/M), y = (x, v).
 
-Restrained axes follow ẋ = v_d, v̇ = a_d, so that they drift by what the tolerance leaves; States show x_d and v_d.
+Restrained axes follow ẋ = v_d, v̇ = a_d, so that they drift within the tolerance; States show x_d and v_d.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from netdae.core.errors import RunError
 from netdae.model.restraints import Drive
 from netdae.solvers.linalg.condensed import whole_tangents
 from netdae.solvers.options import SolverOptions
-from netdae.solvers.stepper import Step
+from netdae.solvers.stepper import Scan, Step
 from netdae.system.system import System
 
 SOLVERS = {
@@ -85,6 +85,7 @@ class IvpSolver:
         self._shape = shape
         self._solver: Any = None
         self.every_step = True
+        self.scan: Scan | None = None
         self.counts: Counter[str] = Counter()
         self.seconds: defaultdict[str, float] = defaultdict(float)
 
@@ -96,7 +97,7 @@ class IvpSolver:
         self.counts["starts"] += 1
 
     def go_on(self, part: System) -> None:
-        """Go on in the part of the phase that begins here: with a new start, since SciPy stops at its bound only."""
+        """Go on in the part of the phase that begins here: with a new start, since SciPy stops only at its bound."""
         self._problem.phase = part
         if self._solver is not None:
             self._begin = self._solver.t, self._solver.y.copy()
@@ -128,11 +129,11 @@ class IvpSolver:
         return self._reported(t, self._solver.dense_output()(t))
 
     def memory(self) -> dict[str, FloatArray]:
-        """Nothing: it goes on with a fresh start."""
+        """Nothing: a resumed flight starts this integrator afresh."""
         return {}
 
     def restore(self, memory: Mapping[str, FloatArray]) -> None:
-        """Nothing to take over."""
+        """Nothing to restore."""
 
     def _reported(self, t: float, y: FloatArray) -> Step:
         return Step(

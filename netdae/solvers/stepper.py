@@ -1,4 +1,4 @@
-"""What the driver of a flight needs of an integrator.
+"""What the driver of a flight needs from an integrator.
 
 y = (x, v) and yp = (v, a) are (2, n, 3).
 """
@@ -6,7 +6,7 @@ y = (x, v) and yp = (v, a) are (2, n, 3).
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import ClassVar, NamedTuple, Protocol
 
 import numpy as np
@@ -31,8 +31,12 @@ NOTHING = Share(0.0, 0.0, _ZERO, 0.0)
 """No gain."""
 
 
+Scan = Callable[[FloatArray], int]
+"""The first of positions (r, n, 3) after r steps from which on steps are to be reported; r if none is."""
+
+
 class Step(NamedTuple):
-    """Where an internal step, or an instant inside it, has come to; no share where the running balance integrates."""
+    """The end of an internal step, or an instant inside it; no share where the running balance integrates."""
 
     t: float
     y: FloatArray
@@ -43,10 +47,12 @@ class Step(NamedTuple):
 class Stepper(Protocol):
     """An integrator that goes from internal step to internal step.
 
-    every_step : whether each call of `step` is to make one step only, so that nothing in it is missed
+    every_step : whether each step is to be reported, so that nothing in it is missed
+    scan : if not None, which of many steps need not be: see `event_search.EventSearch.scan`
     """
 
     every_step: bool
+    scan: Scan | None
     COUNTS: ClassVar[tuple[str, ...]]  # of `counts`, those that the statistics report
     counts: Counter[str]
     seconds: defaultdict[str, float]
@@ -60,7 +66,7 @@ class Stepper(Protocol):
         ...
 
     def step(self, stop: float) -> list[Step]:
-        """Go on towards `stop`, not beyond: the internal steps that were made, at least one, in their order."""
+        """Go on towards `stop`, not beyond; return the internal steps that were made, at least one, in order."""
         ...
 
     def output(self, t: float) -> Step:
@@ -68,9 +74,9 @@ class Stepper(Protocol):
         ...
 
     def memory(self) -> dict[str, FloatArray]:
-        """What it takes, beside y and yp, to go on from here just as this integrator does."""
+        """What is needed, besides y and yp, to go on from here exactly as this integrator does."""
         ...
 
     def restore(self, memory: Mapping[str, FloatArray]) -> None:
-        """Take a memory over after `enter` and `go_on` at the place where it was reported."""
+        """Take over a memory, after `enter` and `go_on` at the place where it was taken."""
         ...

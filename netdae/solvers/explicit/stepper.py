@@ -1,15 +1,15 @@
 """The explicit method: velocity Verlet in chunks of steps, with a step length that is known to be stable.
 
-The step is the stable one of `stable_step` for limits of strain and of the rate of friction above those so far, and for
-rest lengths on reels below those there are. A step that passes one ends its chunk, and the limits are set anew. Forces
-without a bound of their own are looked at from time to time, and at each short chunk where they may come and go.
+The step is the stable one of `stable_step` for limits above the strain and the rate of friction so far, and for rest
+lengths on reels below the present ones. A step that passes a limit ends its chunk, and the limits are set anew. Forces
+without a bound of their own are checked from time to time, and at each short chunk where they may come and go.
 """
 
 from __future__ import annotations
 
 import math
 from collections import Counter, defaultdict
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from itertools import pairwise
 from time import perf_counter
 from typing import ClassVar
@@ -25,30 +25,28 @@ from netdae.solvers.explicit.kernel import Kernel
 from netdae.solvers.explicit.stable_step import STIFF, rate_of, stable_step, without_bound
 from netdae.solvers.explicit.verlet import POWERS, Tally
 from netdae.solvers.options import SolverOptions
-from netdae.solvers.stepper import NOTHING, Share, Step
+from netdae.solvers.stepper import NOTHING, Scan, Share, Step
 from netdae.system.system import System
 
-CHUNK, LEAST = 256, 32  # steps between two looks, 4 to 7 ms of a 21 x 21 net; and where such a chunk is long
-SPAN = 0.02  # share of a phase that a chunk is long at: within it the largest mouth and the like go unseen
+CHUNK, LEAST = 256, 32  # most steps in a chunk, 4 to 7 ms of a 21 x 21 net; and the least that SPAN leaves
+SPAN = 0.02  # share of a phase that a chunk may last: within a chunk the largest mouth and the like go unseen
 KEPT_NUMBERS = 500_000  # numbers of x, v and a that are kept at once where every step is reported
 FRACTIONS = {"fast": 0.9, "standard": 0.5, "accurate": 0.2}
-"""Share of the stable step length that each accuracy takes; `scripts/accuracy.py` measures what each keeps."""
+"""Fraction of the stable step length for each accuracy; `scripts/accuracy.py` measures what each achieves."""
 LEAST_RATE = 100.0  # 1/s, of friction at rings: no step of a net comes near it
-HOLD = 8  # steps for which slow forces are held at most
+HOLD = 8  # largest number of steps for which slow forces are held
 HELD = {"fast": 0.005, "standard": 0.002, "accurate": 0.0005}
-"""Time for which slow forces are held, times their rate: they change by no more than about that share meanwhile."""
-RATES_HOLD = 50  # chunks after which the rate of forces without a bound is looked at again
-SUDDEN = (
-    8  # steps of a chunk where such forces may come and go, as those do of which Newton's matrix takes a part
-)
-UNBOUND = 1e-3  # s, where nothing that moves bounds the step
+"""Time for which slow forces are held, times their rate: they change by at most about this fraction meanwhile."""
+RATES_HOLD = 50  # chunks after which the rate of forces without a bound is checked again
+SUDDEN = 8  # steps of a chunk where such forces may come and go, as those with a part in Newton's matrix do
+UNBOUND = 1e-3  # s, where no moving part bounds the step
 UNSTABLE = 0.1  # gain of energy, as a share of the largest, that no stable flight has
 
 
 class ExplicitSolver:
     """Velocity Verlet for one System; bit-for-bit repeatable.
 
-    every_step : whether each step of a chunk is reported
+    every_step : whether each step of a chunk is reported, or those that `scan` leaves
     """
 
     COUNTS: ClassVar[tuple[str, ...]] = ("steps", "step_lengths", "starts")
@@ -66,7 +64,7 @@ class ExplicitSolver:
         self._powers = np.zeros(POWERS)  # of the last step, see `verlet.fly`
         self._chunk = Chunk(0.0, 0.0, self._now, self._powers, 1)
         self._done = 0  # steps of it
-        self._steps: list[Step] = []  # of the last chunk, with shares from its begin
+        self._steps: list[Step] = []  # of the last chunk, with shares from its start
         self._t = 0.0
         self._fresh = True  # no step has been taken in the phase
         self._strain_limit = self._rate_limit = self._span = 0.0
@@ -76,6 +74,7 @@ class ExplicitSolver:
         self._energy = self._scale = math.nan
         self._gained = 0.0
         self.every_step = False
+        self.scan: Scan | None = None
         self.counts: Counter[str] = Counter()
         self.seconds: defaultdict[str, float] = defaultdict(float)
 
@@ -100,7 +99,7 @@ class ExplicitSolver:
         self._now[2, self._kernel.entries] = a_d[self._kernel.entries]
 
     def step(self, stop: float) -> list[Step]:
-        """Up to `CHUNK` steps towards `stop`: all, or their end and before it the step of a new largest tension."""
+        """Up to `CHUNK` steps towards `stop`: all, or the last and before it the step of a new largest tension."""
         begin = perf_counter()
         remaining = stop - self._t
         self._span = max(self._span, SPAN * remaining)
@@ -132,7 +131,7 @@ class ExplicitSolver:
         if history is not None:
             inner = [
                 self._inner(k + 1, history[0][k], share_reported(history[1][k], 8))
-                for k in range(tally.steps - 1)
+                for k in self._rows_reported(history[0], tally)
             ]
         elif tally.peak > self._peak and tally.peak_step < tally.steps:
             inner = [self._again(tally.peak_step)[1]]
@@ -142,7 +141,7 @@ class ExplicitSolver:
         if tally.steps < count:
             self._system.rest_lengths_on_reels(
                 self._places()[0], t=self._t
-            )  # reports which is wound in whole
+            )  # names the cord that is completely wound in
         self._check_energy(self._steps[-1].share)
         if tally.steps < count or self._wasteful(tally.strain, tally.rate):
             self._limit(tally.strain, tally.rate)
@@ -150,7 +149,7 @@ class ExplicitSolver:
         return [self._steps[0], *(after(step, former.share) for former, step in pairwise(self._steps))]
 
     def output(self, t: float) -> Step:
-        """The state inside the last chunk, which is flown again up to the step that holds t."""
+        """The state inside the last chunk, which is recomputed up to the step that contains t."""
         begin = perf_counter()
         before = min(int((t - self._chunk.t) / self._chunk.h), self._done - 1)
         first, last = self._again(before + 1)
@@ -162,7 +161,7 @@ class ExplicitSolver:
         return after(inner, history[-1]) if history else inner
 
     def memory(self) -> dict[str, FloatArray]:
-        """What the next chunk of steps depends on, beside y."""
+        """What the next chunk of steps depends on, besides y."""
         numbers = (
             self._t,
             self._strain_limit,
@@ -187,7 +186,7 @@ class ExplicitSolver:
         }
 
     def restore(self, memory: Mapping[str, FloatArray]) -> None:
-        """Go on as the integrator that left this memory."""
+        """Continue as the integrator that left this memory."""
         self._now[1], self._now[2], self._lengths = memory["v"], memory["a"], memory["lengths"].copy()
         self._fresh, self._powers = bool(memory["fresh"]), memory["powers"].copy()
         numbers = memory["numbers"].tolist()
@@ -197,7 +196,7 @@ class ExplicitSolver:
         self._kernel.table.watch(WOUND_IN * self._lengths)
 
     def _places(self) -> tuple[FloatArray, FloatArray]:
-        """Positions and velocities (n, 3), to be changed."""
+        """Positions and velocities (n, 3), as views."""
         return self._now[0].reshape(-1, 3), self._now[1].reshape(-1, 3)
 
     def _longest(self, h: float) -> int:
@@ -208,11 +207,22 @@ class ExplicitSolver:
         return max(1, math.floor(longest))
 
     def _rows(self, count: int) -> tuple[FloatArray, FloatArray]:
-        """Room for the history of so many steps."""
+        """Arrays for the history of `count` steps."""
         return np.empty((count, *self._now.shape)), np.empty((count, 10))
 
+    def _rows_reported(self, states: FloatArray, tally: Tally) -> Iterable[int]:
+        """Rows of the history that are reported before the end of the chunk."""
+        end = tally.steps - 1
+        if self.scan is None:
+            return range(end)
+        first = self.scan(states[: tally.steps, 0].reshape(tally.steps, -1, 3))
+        rows = {*range(max(0, first - 1), end)}
+        if tally.peak > self._peak:
+            rows |= {tally.peak_step - 1} - {end}
+        return sorted(rows)
+
     def _again(self, count: int) -> tuple[Step, Step]:
-        """The step of that number in the last chunk and the one before it, or the chunk's begin."""
+        """Step number `count` of the last chunk and the one before it, or the chunk's start."""
         states, sums = history = self._rows(min(count, 2))
         start = self._chunk.t, self._chunk.h, self._chunk.xva.copy()
         fresh, powers = self._chunk.fresh, self._chunk.powers.copy()
@@ -241,7 +251,7 @@ class ExplicitSolver:
     # The step length
 
     def _look_at_rate(self) -> None:
-        """Bound the step by the tangents of the moment of the forces that have no bound."""
+        """Bound the step by the current tangents of the forces that have no bound."""
         if not self._boundless:
             return
         if self._look_in == 0 or self._sudden:
@@ -254,7 +264,7 @@ class ExplicitSolver:
         self._look_in -= 1
 
     def _limit(self, strain: float, rate: float) -> None:
-        """Set limits well above strain and rate of friction, by powers of two, and the step that is stable below."""
+        """Set limits well above strain and rate of friction, in powers of two, and the step that is stable below."""
         floor = 0.25 * float(self._system.cables.eps.max()) or 1e-2
         limit = floor * 2.0 ** max(0, math.ceil(math.log2(max(2.0 * strain, floor) / floor)))
         rubbing = LEAST_RATE * 2.0 ** (
@@ -280,7 +290,7 @@ class ExplicitSolver:
         return bool(now.min() < 0.5 * (1 + WOUND_IN) or now.min() > 2.0)
 
     def _step_length(self, strain: float, rate: float) -> float:
-        """The stable step while strain and rate of friction stay below these, times the accuracy's share."""
+        """The stable step while strain and rate of friction stay below these, times the fraction of the accuracy."""
         x, _ = self._places()
         stable = FRACTIONS[self._options.accuracy] * stable_step(self._system, strain, rate=rate, x=x)
         longest = self._options.max_step or math.inf
@@ -293,10 +303,10 @@ class ExplicitSolver:
         return self._system.kinetic_energy(v) + self._system.elastic_energy(x, t=self._t)
 
     def _check_energy(self, share: Share | None) -> None:
-        """Raise RunError where energy has come out of nothing, as it does in a step that is too long."""
+        """Raise RunError where energy has come out of nothing, as with a step that is too long."""
         assert share is not None
         energy = self._energy_now()
-        self._gained += share.external_work - max(share.dissipated_energy, 0.0)  # no damper gives
+        self._gained += share.external_work - max(share.dissipated_energy, 0.0)  # no damper gives energy
         self._scale = max(self._scale, energy, abs(self._gained))
         excess = energy - self._energy - self._gained
         if not math.isfinite(excess):

@@ -1,10 +1,10 @@
 """IDA with compiled callbacks, for all forces of the table; those written in Python are callbacks in it.
 
-`stepper.IdaSolver` goes through scikit-sundae and so through Python three times per Newton iteration; this one hangs
-compiled functions into the same library and makes whole chunks of steps without Python. It solves the same equations
+`stepper.IdaSolver` goes through scikit-sundae and so through Python three times per Newton iteration; this one puts
+compiled functions into the same library and takes whole chunks of steps without Python. It solves the same equations
 with the same formulas and tolerances. Measured on the reference flight at standard accuracy: 17 times faster with
 11 × 11 knots, 8 times with 21 × 21, 7 times with 41 × 41; scripts/closing_*.toml 13 to 18 times, a tether in orbit 6
-times, a fall through air 8 times, a load that is a function of Python 3 times. `ida_stepper` takes it where it can.
+times, a fall through air 8 times, a load that is a Python function 3 times. `ida_stepper` uses it where it can.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from netdae.solvers.ida.record import IdaRecord
 from netdae.solvers.ida.sundials import Unavailable, sundials
 from netdae.solvers.ida.trial import check_agreement
 from netdae.solvers.options import SolverOptions
-from netdae.solvers.stepper import Share, Step, Stepper
+from netdae.solvers.stepper import Scan, Share, Step, Stepper
 from netdae.system.system import System
 
 logger = logging.getLogger(__name__)
@@ -46,17 +46,15 @@ _COUNTED = {
 
 # Watchers see the ends of chunks and each new largest tension. With 64 steps they take 4 % of the time of a
 # 21 x 21 net, as against 290 % with one; mouth areas agree to 5 digits, the quantile of tension to a tenth.
-CHUNK = 64  # steps between two looks
-SPAN = (
-    1e-3  # s that a chunk lasts at most, unless its only step is longer: no history misses what takes longer
-)
-CHUNK_MEMORY = 16e6  # bytes that a chunk's states take at most
+CHUNK = 64  # steps in a chunk
+SPAN = 1e-3  # s, the longest chunk unless its only step is longer: no history misses what takes longer
+CHUNK_MEMORY = 16e6  # bytes, at most, of a chunk's states
 
 
 def ida_stepper(system: System, drive: Drive, options: SolverOptions) -> Stepper:
-    """The compiled driver where it knows all that acts and the library is there, else `ida.stepper.IdaSolver`."""
+    """The compiled driver if it knows all forces and the library is available, else `ida.stepper.IdaSolver`."""
     note = ""
-    if options.products == "frozen":  # else asked for, to check the other one
+    if options.products == "frozen":  # else the other one is wanted, as a check
         try:
             check_knows(system)
             _check_library()
@@ -71,7 +69,7 @@ def ida_stepper(system: System, drive: Drive, options: SolverOptions) -> Stepper
 
 @cache
 def _check_library() -> None:
-    """Raise Unavailable where the compiled driver is not to be trusted with the library that is there."""
+    """Raise Unavailable where the compiled driver cannot be trusted with the library found."""
     check_agreement(NativeIda)
 
 
@@ -113,6 +111,7 @@ class NativeIda:
         self._failed: BaseException | None = None
         self._t = 0.0
         self.every_step = False
+        self.scan: Scan | None = None
         self._failed_before = 0
         self.counts: Counter[str] = Counter()
         self.seconds: defaultdict[str, float] = defaultdict(float)
@@ -140,7 +139,7 @@ class NativeIda:
         if self._failed is not None:
             raise self._failed
         self._memory.stop_at(stop)
-        count = 1 if self.every_step else self._rows
+        count = 1 if self.every_step and self.scan is None else self._rows
         code = ida_chunk.fly(self._record.address, self._row, count, stop, SPAN)
         made = self._row = int(self._record["made"])
         self._count_up()
@@ -156,14 +155,17 @@ class NativeIda:
         return steps
 
     def _report(self, made: int) -> list[Step]:
-        """The end of a chunk, and before it a new largest tension with both its neighbours: it may last one step."""
+        """The end of a chunk, and before it a new largest tension and the steps beside it: it may last one step."""
         tensions = self._chunk.tensions
         best = int(tensions[1 : made + 1].argmax()) + 1
-        self._reported = [0]
+        rows = {0, made}
         if tensions[best] > self._peak:
             self._peak = float(tensions[best])
-            self._reported += [row for row in (best - 1, best, best + 1) if 0 < row < made]
-        self._reported.append(made)
+            rows |= {row for row in (best - 1, best, best + 1) if 0 < row < made}
+        if self.every_step and self.scan is not None:
+            places = self._chunk.states[1 : made + 1, : self._size // 2].reshape(made, -1, 3)
+            rows |= {*range(max(1, self.scan(places)), made)}
+        self._reported = sorted(rows)
         return [
             Step(
                 float(self._chunk.times[row]),
@@ -175,7 +177,7 @@ class NativeIda:
         ]
 
     def _share_up_to(self, balance: FloatArray, k: int, row: int | None = None) -> Share:
-        """What the balance gains from the step reported before number k on, with the largest tension up to `row`."""
+        """What the balance gains since the step reported before number k, with the largest tension up to `row`."""
         first = self._reported[k - 1]
         gained = balance - self._chunk.sums[first]
         peak = self._chunk.tensions[first + 1 : (self._reported[k] if row is None else row) + 1].max(
@@ -198,11 +200,11 @@ class NativeIda:
         return Step(t, whole[:2], whole[1:], self._share_up_to(balance, k, row))
 
     def memory(self) -> dict[str, FloatArray]:
-        """Nothing: it goes on with a fresh start."""
+        """Nothing: a resumed flight starts this integrator afresh."""
         return {}
 
     def restore(self, memory: Mapping[str, FloatArray]) -> None:
-        """Nothing to take over."""
+        """Nothing to restore."""
 
     def _row_of(self, row: int) -> tuple[FloatArray, FloatArray]:
         """(x, v) and (v, a), (2, n, 3), of a row of the chunk: two views of one copy."""
@@ -213,7 +215,7 @@ class NativeIda:
         return whole[:2], whole[1:]
 
     def _count_up(self) -> None:
-        """Take the record's counts since the last time over."""
+        """Add the record's counts since the last call."""
         for name, counted in _COUNTED.items():
             self.counts[name] += self._record.take(counted)
         failed = self._record["errors_failed"]
@@ -225,7 +227,7 @@ class NativeIda:
             t, (x, v) = float(self._chunk.times[made + 1]), self._row_of(made + 1)[0]
             try:
                 self._system.account(t, x, v)
-            except RunError as error:  # the cord's own words
+            except RunError as error:  # the cord's own message
                 return error
         return RunError(self._failure(code))
 

@@ -2,11 +2,11 @@
 
 y = (x, v): F₁ = ẋ − v and F₂ = M v̇ − f(t, x, v), with x − x_d and v − v_d on restrained axes (index 1).
 IDA is given GMRES whose preconditioner is the exact solve with the frozen Jacobian: it converges in one
-iteration, which makes it a direct solver. Its product J·v may then hand v back as it came, and the solve that
-follows hand it back again ("frozen" products). This rests on the order of calls solve, product, solve.
+iteration, which makes it a direct solver. Its product J·v may then return v unchanged, and so may the solve that
+follows ("frozen" products). This relies on the order of calls solve, product, solve.
 
-It takes any force, and is what is left where `ida.native` cannot be used, which does not pass through Python at each
-call.
+It takes any force, and is the fallback where `ida.native`, which does not pass through Python at each call, cannot be
+used.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from collections.abc import Mapping
 from time import perf_counter
 from typing import ClassVar, TextIO
 
-# SUNDIALS writes warnings to C's stderr unless reported otherwise before its first context
+# SUNDIALS writes warnings to C's stderr unless this is set before its first context
 os.environ.setdefault("SUNLOGGER_WARNING_FILENAME", os.devnull)
 
 import numpy as np
@@ -36,7 +36,7 @@ from netdae.model.restraints import Drive
 from netdae.solvers.ida.failures import STANDS_STILL, STUCK, failure_of, not_finite, reason_of
 from netdae.solvers.linalg.condensed import CondensedSolver
 from netdae.solvers.options import HIGHEST_ORDER, SolverOptions
-from netdae.solvers.stepper import Step
+from netdae.solvers.stepper import Scan, Step
 from netdae.system.system import System
 
 logger = logging.getLogger(__name__)
@@ -50,7 +50,7 @@ DIVERGING = 0.9  # IDA's limit of the mean ratio of successive corrections
 class IdaSolver:
     """IDA with its callbacks, counters and buffers for one System; phases are entered by `enter`.
 
-    note : why the compiled driver is not taken, for the summary
+    note : why the compiled driver is not used, for the summary
     """
 
     COUNTS: ClassVar[tuple[str, ...]] = (
@@ -80,6 +80,7 @@ class IdaSolver:
         self._atol = np.empty(self._shape)
         self._atol[0], self._atol[1] = atol_position, atol_velocity
         self.every_step = True
+        self.scan: Scan | None = None
         self.counts: Counter[str] = Counter()
         self.seconds: defaultdict[str, float] = defaultdict(float)
         self._attempt_t = -math.inf
@@ -128,17 +129,17 @@ class IdaSolver:
         return self._advance(t, "normal", None)
 
     def memory(self) -> dict[str, FloatArray]:
-        """Nothing: it goes on with a fresh start."""
+        """Nothing: a resumed flight starts this integrator afresh."""
         return {}
 
     def restore(self, memory: Mapping[str, FloatArray]) -> None:
-        """Nothing to take over."""
+        """Nothing to restore."""
 
     def _advance(self, t: float, method: str, stop: float | None) -> Step:
         try:
             with quiet():
                 result = self._ida.step(t, method=method, tstop=stop)
-        except KeyError as error:  # scikit-sundae has no words for some of SUNDIALS' codes
+        except KeyError as error:  # scikit-sundae has no message for some of SUNDIALS' codes
             raise RunError(self._failure(f"SUNDIALS gave up with code {error}")) from error
         if not result.success:
             raise RunError(self._failure(reason_of(result.status, result.message)))
@@ -173,7 +174,7 @@ class IdaSolver:
             self._solver.setup(self._phase, t, x, v, cj)
         except RunError as error:
             raise RunError(f"the run failed at t = {t:.9g} s: {error}") from error
-        if t == self._attempt_t and self._attempt_solves > 0:  # Newton failed on the former matrix
+        if t == self._attempt_t and self._attempt_solves > 0:  # Newton failed with the previous matrix
             self.counts["newton_failures"] += 1
         self._attempt_solves = 0
         self.counts["setups"] += 1
@@ -227,7 +228,7 @@ class IdaSolver:
 
 
 class _Filter(io.TextIOBase):
-    """Hands text on, but SUNDIALS' error notes, which scikit-sundae prints, go to the log."""
+    """Passes text on, except SUNDIALS' error messages, which scikit-sundae prints: they go to the log."""
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
@@ -248,7 +249,7 @@ class _Filter(io.TextIOBase):
 
 
 def quiet() -> contextlib.AbstractContextManager[object]:
-    """Text of SUNDIALS goes to the log; one thread at a time, since standard output is everybody's."""
+    """Send text of SUNDIALS to the log; one thread at a time, since all threads share standard output."""
     stack = contextlib.ExitStack()
     stack.enter_context(_ONE_AT_A_TIME)
     stack.enter_context(contextlib.redirect_stdout(_Filter(sys.stdout)))
