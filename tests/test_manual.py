@@ -58,6 +58,12 @@ def test_an_unknown_page_is_one_line(asked: str, near: str, capsys: pytest.Captu
     assert line.endswith(", ".join(PAGES))
 
 
+def test_a_page_unlike_all_others_is_refused_without_a_guess(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["manual", "nonsense"]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.endswith(f"there is no page 'nonsense': the manual has {', '.join(PAGES)}")
+
+
 def test_two_pages_are_too_many(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["manual", "model", "scenario"]) == 2
     assert "one page at a time" in capsys.readouterr().err

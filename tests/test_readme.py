@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 from netdae.cli import main
+from netdae.mesh.io import read_net
 from netdae.scenario.build import Build
 from netdae.scenario.schema import ScenarioData
 from netdae.solvers.options import PRESETS
@@ -39,7 +40,7 @@ def test_every_block_is_run_by_a_test_below() -> None:
 
     assert counted(README) == {"toml": 1, "python": 1}
     assert {name: found for name, text in PAGES.items() if (found := counted(text))} == {
-        "scenario": {"toml": 3},
+        "scenario": {"python": 1, "toml": 4},
         "python": {"python": 2},
     }
 
@@ -99,11 +100,11 @@ def test_the_scenario_of_the_readme_is_the_shipped_one() -> None:
 
 
 def test_the_scenario_of_the_manual_is_that_of_the_readme() -> None:
-    assert blocks("toml", PAGES["scenario"])[0] == blocks("toml")[0]
+    assert blocks("toml", PAGES["scenario"])[1] == blocks("toml")[0]
 
 
 def test_the_mission_of_the_manual_flies() -> None:
-    scenario, mission, closing = (tomllib.loads(text) for text in blocks("toml", PAGES["scenario"]))
+    _, scenario, mission, closing = (tomllib.loads(text) for text in blocks("toml", PAGES["scenario"]))
     net = {**scenario["net"], "cells": 6}
     small = {**scenario, **mission, "net": net, "solver": {"end": 0.01}, "output": {"frames": 3}}
     small["initial"] = {**mission["initial"], "folds": [2, 2], "canister": {"side": 3.0, "depth": 0.3}}
@@ -114,6 +115,35 @@ def test_the_mission_of_the_manual_flies() -> None:
     assert len(Build(PROJECT / "closing.toml", "closing", closed).simulation().system.reels) == 5
     assert sorted(simulation.launch.held.times.tolist()) == [0.002, 0.004]
     assert [event.name for event in simulation.events.events] == ["far", "largest_mouth_area"]
+
+
+def test_the_net_from_gmsh_flies(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (script,) = blocks("python", PAGES["scenario"])
+    section, scenario, *_ = blocks("toml", PAGES["scenario"])
+    (tmp_path / "net.py").write_text(script, encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, "net.py"], capture_output=True, text=True, check=False, cwd=tmp_path
+    )
+    assert done.returncode == 0, done.stderr
+    net = read_net(tmp_path / "net.msh")
+    assert (net.node_count, net.cable_count) == (7 + 12 * 3, 12 * 4)
+    assert {name: len(nodes) for name, nodes in net.node_groups.items()}["corners"] == 6
+    assert {name: len(cables) for name, cables in net.cable_groups.items()} == {
+        "all": 48,
+        "border": 24,
+        "inner": 24,
+    }
+    _, after = scenario.split("[[material]]", maxsplit=1)
+    file = tmp_path / "own.toml"
+    file.write_text(section + "\n[[material]]" + shortened(after, end="0.05", frames="3"), encoding="utf-8")
+    assert main(["info", str(tmp_path / "net.msh")]) == 0
+    assert main(["check", str(file)]) == 0
+    assert main(["run", str(file), "-o", str(tmp_path / "out")]) == 0, capsys.readouterr().err
+    summary = json.loads((tmp_path / "out/summary.json").read_text(encoding="utf-8"))
+    assert summary["status"] == "finished"
+    # the mouth starts at 0.16 of the hexagon's area, and opens
+    hexagon = 1.5 * np.sqrt(3.0) * 2.5**2
+    assert 0.16 * hexagon < summary["deployment"]["final_mouth_area"] < 0.2 * hexagon
 
 
 def test_the_python_example_flies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys) -> None:

@@ -55,13 +55,13 @@ _NUMBERS: dict[type | None, str] = {float: "a number", int: "a whole number"}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Do what the arguments, by default those of the process, ask; the exit code.
+    """Run the command in the arguments, by default those of the process; return the exit code.
 
-    What a user can mend is one line on stderr; a bug keeps its traceback.
+    An error that a user can fix is one line on stderr; a bug keeps its traceback.
     """
     with _output() as output:
         code = _code_of(list(sys.argv[1:] if arguments is None else arguments))
-    # a pipe breaks where a reader has left, for instance head
+    # a pipe breaks when its reader has gone, for instance head
     if output.error is None or isinstance(output.error, BrokenPipeError):
         return code
     reason = reason_of(output.error)
@@ -104,13 +104,13 @@ def _words_of(error: CycloptsError, verb: str) -> str:
 
 
 class _Output:
-    """Standard output in which printing never fails, so that no flight ends by it: what went wrong is in `error`."""
+    """Standard output in which printing never fails, so that no flight ends by it; the error is kept in `error`."""
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
         self.error: OSError | None = None
         with contextlib.suppress(AttributeError, ValueError):  # not a file's stream
-            stream.reconfigure(errors="replace")  # type: ignore[attr-defined]  # a sign that a terminal has not
+            stream.reconfigure(errors="replace")  # type: ignore[attr-defined]  # characters that a terminal lacks
 
     def write(self, text: str) -> int:
         """Print, unless printing has failed before."""
@@ -118,7 +118,7 @@ class _Output:
         return len(text)
 
     def flush(self) -> None:
-        """Print what is kept back."""
+        """Print what is buffered."""
         self._try(self._stream.flush)
 
     def _try(self, action: Callable[[], object]) -> None:
@@ -127,7 +127,7 @@ class _Output:
                 action()
             except OSError as error:
                 self.error = error
-                with contextlib.suppress(OSError):  # Python prints what is left as it ends: to nowhere
+                with contextlib.suppress(OSError):  # what Python still prints at its end goes nowhere
                     os.dup2(os.open(os.devnull, os.O_WRONLY), self._stream.fileno())
 
     def __getattr__(self, name: str) -> Any:
@@ -136,7 +136,7 @@ class _Output:
 
 @contextlib.contextmanager
 def _output() -> Iterator[_Output]:
-    """Put a safe stream in the place of standard output; a stream that is closed is one to nowhere."""
+    """Replace standard output by a safe stream; a closed stream becomes one to nowhere."""
     if sys.stdout is None:
         sys.stdout = open(os.devnull, "w")  # noqa: SIM115  # for as long as the process lives
     if sys.stderr is None:

@@ -1,4 +1,4 @@
-"""Arguments of the command line that are taken as they stand: nothing is rounded, nothing empty is a place."""
+"""Arguments of the command line, taken literally: no number is rounded, and an empty name is not a path."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from cyclopts import Parameter, Token
 
 
 def whole_number(kind: Any, tokens: Sequence[Token]) -> int:
-    """The number that an argument reports; raises ValueError for anything else, also for 4.9 and 0x4."""
+    """The number that an argument states; raises ValueError for anything else, also for 4.9 and 0x4."""
     text = tokens[0].value
     if not re.fullmatch(r"[+-]?[0-9]+", text):
         raise ValueError(f'"{text}", expected a whole number')

@@ -33,7 +33,7 @@ def fly_ensemble(
     overwrite: bool,
     all_frames: bool,
 ) -> None:
-    """Fly all members, write the figures over them and print the first of these."""
+    """Fly all members, write the figures over them and print the main ones."""
     from netdae.core.compilation import COMPILING, reported_when_compiling
     from netdae.runs.ensemble_folder import EnsembleFolder
     from netdae.runs.workers import processes_for
@@ -178,7 +178,7 @@ class MembersProgress:
         if kind == "flown":
             self._shares[number] = content
             self._look()
-        elif not self._compiling:  # each process compiles; once is enough said
+        elif not self._compiling:  # each process compiles; one message is enough
             self._compiling = True
             _log.info(content)
 

@@ -49,5 +49,6 @@ def _pages() -> dict[str, Traversable]:
 def _unknown(page: str, names: list[str]) -> str:
     from difflib import get_close_matches
 
-    near = get_close_matches(page.lower(), names, n=1, cutoff=0.0)
-    return f"there is no page {page!r}: did you mean {near[0]!r}? The manual has {', '.join(names)}"
+    near = get_close_matches(page.lower(), names, n=1, cutoff=0.5)
+    hint = f"did you mean {near[0]!r}? The" if near else "the"
+    return f"there is no page {page!r}: {hint} manual has {', '.join(names)}"

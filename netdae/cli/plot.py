@@ -42,7 +42,7 @@ def plot(
         raise InputError("DIR is missing: netdae plot DIR [DIR ...]. See netdae plot --help")
     import logging
 
-    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it would report of its caches
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it would report its caches
     from netdae.visual.plotting.sheets import FORMATS, plot
 
     files = plot(dirs, output, formats=FORMATS if format == "both" else (format,), only=only or ())

@@ -151,7 +151,7 @@ def _kind_of(
     movie: bool,
     html: bool,
 ) -> str:
-    """What is asked for: "picture", "sheet", "movie" or "page"; raises InputError where options do not go together."""
+    """What is wanted: "picture", "sheet", "movie" or "page"; raises InputError where options do not go together."""
     of_picture = {"--frame": frame, "--time": time}
     of_sheet = {"--sheet": sheet}
     one = [name for name, value in of_picture.items() if value is not None]

@@ -128,7 +128,7 @@ def run(
 
 
 def _check_alone(folder: Path, scenario: Path | None, others: dict[str, Any]) -> None:
-    """Raise InputError where something beside --resume and --until is given."""
+    """Raise InputError where something besides --resume and --until is given."""
     if scenario is not None:
         raise InputError(
             f"{scenario} does not go with --resume: the scenario is the copy in {folder}: leave one of them out"
@@ -197,7 +197,7 @@ class _Title:
 class _Stop:
     """Observer that ends a flight between two steps after Ctrl-C or SIGTERM; a second signal ends it at once.
 
-    An exception that a signal raises anywhere may meet compiled code or VTK, some of which does not survive it.
+    An exception that a signal raises anywhere may hit compiled code or VTK, some of which does not survive it.
     """
 
     def __init__(self) -> None:
@@ -258,7 +258,7 @@ def _line_of(event: dict[str, Any]) -> str:
 
 @contextmanager
 def _stopped_by_sigterm() -> Iterator[None]:
-    """Take SIGTERM, by which queues of clusters end a job, as Ctrl-C: with a summary of what was computed."""
+    """Treat SIGTERM, with which cluster queues end a job, as Ctrl-C: with a summary of what was computed."""
     former = signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         yield
@@ -267,7 +267,7 @@ def _stopped_by_sigterm() -> Iterator[None]:
 
 
 class _LineHandler(logging.StreamHandler[TextIO]):
-    """Prints a line each; a reader that has left, for instance head, ends no flight."""
+    """Prints a line each; a reader that has gone, for instance head, ends no flight."""
 
     def handleError(self, record: logging.LogRecord) -> None:
         if not isinstance(sys.exc_info()[1], BrokenPipeError):

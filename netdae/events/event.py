@@ -1,8 +1,8 @@
 """Events: instants at which a figure of the flight passes a value, and what is then done.
 
 An event is data: which of `QUANTITIES`, which value, which of `ACTIONS`. It is found between the integrator's internal
-steps by `events.detector.EventDetector`. A further figure is an entry here and its function in
-`events.quantities.MEASURES`; a further action is an entry here and its doing in the driver.
+steps by `events.detector.EventDetector`. To add a figure, add an entry here and its function in
+`events.quantities.MEASURES`; to add an action, add an entry here and its effect in the driver.
 """
 
 from __future__ import annotations
@@ -68,10 +68,10 @@ class Quantity(NamedTuple):
 
 
 # Lengths and areas go back by 1 %, the fall by which the largest mouth area is reported; bullet paths to 1 mm.
-# A tether that has come together by 1 % is slack anew: cords of net and tether stretch by less than 0.1 % in flight,
-# so that their ringing does not arm the event again. How far cables stretch is known from the flight only, so that
-# all_slack asks for a tenth of their largest strain so far. In ringing, tension swings between nothing and twice its
-# mean: another load is one that comes after half the value.
+# A tether that has contracted by 1 % is slack again: cords of net and tether stretch by less than 0.1 % in flight,
+# so that their ringing does not arm the event again. How far cables stretch is known only from the flight, so
+# all_slack requires a tenth of their largest strain so far. In ringing, tension swings between zero and twice its
+# mean: a load counts as another one if it comes after half the value.
 QUANTITIES: Mapping[QuantityName, Quantity] = {
     "largest_mouth_area": Quantity(
         "the largest mouth area so far, once the area has fallen by the share `value` of it",
@@ -152,9 +152,9 @@ class Event:
     value : in the figure's unit; None where it has none, or for the default
     action : one of `ACTIONS`
     repeat : whether it may happen again, after the figure has gone back, see `Quantity`
-    name : by which summary and restraints call it; by default figure and value, for instance "mouth_area_4.5"
+    name : by which summary and restraints refer to it; by default figure and value, for instance "mouth_area_4.5"
 
-    Raises InputError for an unknown figure or action, or a value that is missing, out of range or too much.
+    Raises InputError for an unknown figure or action, or a value that is missing, out of range or superfluous.
     """
 
     figure: QuantityName
@@ -220,7 +220,7 @@ def check_needs(event: Event, has: Collection[Need]) -> None:
 
 
 def check_names(events: Sequence[Event]) -> None:
-    """Raise InputError where two events have one name."""
+    """Raise InputError where two events have the same name."""
     names = [event.name for event in events]
     for number, name in enumerate(names):
         if name in names[:number]:
@@ -231,7 +231,7 @@ def check_names(events: Sequence[Event]) -> None:
 
 
 def event_called(name: str, events: Iterable[Event], *, by: str) -> Event:
-    """The event that `by`, for instance a restraint, refers to; raises InputError that names those there are."""
+    """The event that `by`, for instance a restraint, refers to; raises InputError that lists the events there are."""
     by_name = {event.name: event for event in events}
     if name not in by_name:
         none = "the flight has no events at all, add one under [[events]] or give a time in s"

@@ -1,5 +1,5 @@
 """Forces: one module each, with its derivation, its parameters and compiled functions of one element.
 
-`law` says what a force is; `loops` makes of it what methods need, written once; `elements` puts it on a net; `table`
-has all forces of a net as rows, with those written in Python by the protocol of `force` as callbacks (`python`).
+`law` defines a force; `loops` builds from it what the methods need, written once; `elements` applies it to a net;
+`table` has all forces of a net as rows; those written in Python to the protocol of `force` are callbacks (`python`).
 """

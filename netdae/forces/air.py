@@ -4,14 +4,14 @@ Symbols, for a cable from node i to node j: d = xⱼ − xᵢ (3,), l = |d|, L̄
 D diameter, ρ density of the air; w (3,) velocity of the air relative to a node, w_t its part along d, w_n = w − w_t.
 
 The cross-flow principle (S. F. Hoerner 1965, Fluid-Dynamic Drag, ch. 3; the drag term of J. R. Morison et al. 1950,
-Petroleum Transactions AIME 189, taken across the cord) lets each part of the stream act for itself,
+Petroleum Transactions AIME 189, taken across the cord) treats each component of the stream separately,
 
     f = ½ ρ D l (C_n |w_n| w_n + π C_t |w_t| w_t).
 
 With l |w_n| = |d × w| and b = d·w this is ½ ρ D (C_n |d × w| (w − b d/l²) + π C_t |b| b d/l²), which vanishes with l.
-Both terms are C¹ in w, also where they vanish.
-The slack of a cord is taken to hang in loops that point in all directions alike (see `forces.drag`): with θ the angle
-between w and a direction the means over the sphere of sin³ θ, 3π/16, and |cos³ θ|, 1/4, give
+Both terms are C¹ in w, also where they vanish. The slack of a cord is assumed to hang in loops that point in all
+directions equally (see `forces.drag`): with θ the angle between w and a direction the means over the sphere of sin³ θ,
+3π/16, and |cos³ θ|, 1/4, give
 
     + ½ ρ D s (3π/16 C_n + π/4 C_t) |w| w.
 
@@ -19,7 +19,7 @@ Each end of a cable carries half of it, with the velocity of its own node.
 
 C_n of a round cord depends on Re = |w_n| D/ν, with ν = 1.5e-5 m²/s in air at sea level: 1 + 10 Re^(−2/3) fits the
 measurements from 1 to 2e5 (F. M. White 1991, Viscous Fluid Flow, sec. 3-11), which is 1.1 at 1e3 and 1.2 at 350 (a
-cord of 1 mm at 5 m/s), but 1.5 at 90 and 3 at 11. It is a constant here: take it for the speed that matters.
+cord of 1 mm at 5 m/s), but 1.5 at 90 and 3 at 11. It is a constant here: choose it for the relevant speed.
 C_t, on the whole surface π D l, is 0.01 to 0.02 for cords and cables; 0.02 on D l, Hoerner's figure, is C_t = 0.006.
 """
 
@@ -93,7 +93,7 @@ def _force(p: AirOnCables, e: int, s: FloatArray, x: FloatArray, v: FloatArray, 
 def _slopes(
     cn: float, ct: float, d: FloatArray, L: float, w: FloatArray, by_d: FloatArray, by_w: FloatArray
 ) -> None:
-    """Derivatives (3, 3) of the force by d and by w.
+    """Derivatives (3, 3) of the force with respect to d and w.
 
     With P = w_n, a = |d × w|, a_w = ∂a/∂w = l² P/a, a_d = ∂a/∂d = (w² d − b w)/a and Q = I − d dᵀ/l²:
     of a P by w, P a_wᵀ + a Q; by d, P a_dᵀ + a (2b d dᵀ/l² − b I − d wᵀ)/l²;
@@ -140,8 +140,8 @@ def _tangent(
     return True
 
 
-# all its power is external: wind drives as well as it brakes. Nodes of slack cables are coupled by it too, which the
-# factor of a taut net does without
+# all its power is external: wind drives as well as it brakes. It couples nodes of slack cables too, which the factor of
+# a taut net leaves out
 AIR = Law(
     AirOnCables,
     force=_force,
@@ -161,7 +161,7 @@ class AirDrag:
     tangential_coefficient : C_t, on π D l
     wind : velocity of the air in m/s: three numbers, a Signal or a smooth function of t
     cables : cable group
-    diameter : m, as the air sees it; None takes that of a round cord of the material's cross-section
+    diameter : m, as seen by the air; None takes that of a round cord of the material's cross-section
 
     Bodies such as bullets are `forces.drag.BodyDrag` with the same wind.
     Raises InputError for values out of range.

@@ -1,4 +1,4 @@
-"""What holds the drum of a reel: its brake, and the stops at the ends of its way.
+"""What holds the drum of a reel: its brake, and the stops at the ends of its travel.
 
 Both act along x of the reel's node, see `reel`: s in m is the length paid out, ṡ its rate.
 
@@ -6,11 +6,11 @@ The brake is dry friction F_b, made smooth by a creep speed v₀, with a viscous
 
     f = −F_b γ(ṡ/v₀) − c ṡ,        γ(u) = u/√(1 + u²);  with a ratchet γ(u) = u for u < 0.
 
-Both branches of γ join with the slope 1 and the curvature 0. A steady pull F below F_b does not quite hold: γ = F/F_b
+Both branches of γ join with slope 1 and curvature 0. A steady pull F below F_b does not quite hold: γ = F/F_b
 gives a creep of v₀ F/√(F_b² − F²), which is v₀/√3 at half of F_b. Winding back against a ratchet is a creep of
 v₀ F/F_b, whatever the pull.
 
-A stop at s_e is a spring k with a damper c, one-sided: with the way δ beyond it and p = k δ + c δ̇, not below zero,
+A stop at s_e is a spring k with a damper c, one-sided: with the travel δ beyond it and p = k δ + c δ̇, not below zero,
 
     f = −p towards where s came from,        stored ½ k δ²,        dissipated (p − k δ) δ̇.
 """
@@ -60,7 +60,7 @@ def _brake_tangent(
 
 
 class EndStop(NamedTuple):
-    """Parameters of stops at the ends of the way of reels, (m,)."""
+    """Parameters of stops at the ends of the travel of reels, (m,)."""
 
     place: Reals  # s_e, m
     side: Reals  # 1 for a stop that s reaches from below, −1 from above

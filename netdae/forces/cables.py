@@ -38,7 +38,7 @@ def strain_of(dx: float, dy: float, dz: float, L: float) -> float:
 
 @njit(cache=True)
 def own_strain_of(E11: float, engineering: bool) -> float:
-    """The strain e in which a law and its toe are given: E11, or λ − 1 of the engineering law."""
+    """The strain e in which a law and its toe are defined: E11, or λ − 1 of the engineering law."""
     return 2.0 * E11 / (1.0 + np.sqrt(1.0 + 2.0 * E11)) if engineering else E11
 
 
@@ -136,7 +136,7 @@ def _measured(p: Cable, e: int, d: Vector) -> tuple[float, float]:
 @compiled
 def _near(p: Cable, e: int, d: Vector, margin: float) -> bool:
     reach = np.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]) + margin
-    return p.EA[e] > 0.0 and not reach * reach < p.L2[e]  # takes not-a-number too
+    return p.EA[e] > 0.0 and not reach * reach < p.L2[e]  # true for not-a-number too
 
 
 def along_of(
@@ -205,7 +205,7 @@ def _energy_and_peak(
 
 @dataclass(frozen=True, eq=False)
 class Cables:
-    """All cables of a net, as data; `force` is what they do.
+    """All cables of a net, as data; `force` is the force that they exert.
 
     nodes : (m, 2); L : L̄ (m,), m; EA : EĀ (m,), N; eps : ε (m,); engineering : (m,); tau : τ (m,), s
     """

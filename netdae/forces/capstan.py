@@ -3,23 +3,23 @@
 Symbols as in `rings`; N mean tension, N_i that of segment i, ν_i = N_i/N; L̄ = L̄₀ + σ s rest length and λ = l/L̄ stretch
 of the whole cord; ring j lies between the segments j − 1 and j.
 
-At ring j the cord turns by the angle φ_j and slides by with the speed c_j; by the capstan rule (Euler, Eytelwein) the
-tension behind the ring over that before it is e^{μφ}, the greater where the cord goes to. What of the cord lies in each
-segment is given by one strain in all of it: with a_j = (h_0 + … + h_{j−1})/l, ring j lies at the rest length a_j L̄ from
-the cord's begin. The cord counts from the point that does not move along it, at the share θ from the begin: θ = 1 where
-its end is fastened at the last ring, θ = ½ where both ends go into the drum. So
+At ring j the cord turns by the angle φ_j and slides with the speed c_j; by the capstan rule (Euler, Eytelwein) the
+tension behind the ring over that before it is e^{μφ}, the greater on the side the cord moves to. How much cord lies in
+each segment follows from one strain in all of it: with a_j = (h_0 + … + h_{j−1})/l, ring j lies at the rest length a_j
+L̄ from the cord's start. The cord is measured from the point that does not move along it, at the share θ from the start:
+θ = 1 where its end is fastened at the last ring, θ = ½ where both ends go into the drum. So
 
-    c_j = λ d/dt[(θ − a_j) L̄] = λ σ ṡ (θ − a_j) − Σ_{i<j} ḣ_i + a_j l̇,       positive from small j to great ones,
+    c_j = λ d/dt[(θ − a_j) L̄] = λ σ ṡ (θ − a_j) − Σ_{i<j} ḣ_i + a_j l̇,       positive from small to large j,
     N_j/N_{j−1} = exp(μ φ_j γ(c_j/v₀)),     γ(u) = u/√(1 + u²),     v₀ creep speed.
 
-With ρ_i = N_i/N_0 the N_i are fixed by their mean, Σ ν_i h_i = l: ν_i = ρ_i l/Σ h_m ρ_m. The drum feels what goes
-into it, ν_d = θ ν_0 + (1 − θ) ν_{p−1}. The power that the N_i take beside one tension N in all is, by sums in parts,
+With ρ_i = N_i/N_0 the N_i are fixed by their mean, Σ ν_i h_i = l: ν_i = ρ_i l/Σ h_m ρ_m. The drum feels the tensions
+that enter it, ν_d = θ ν_0 + (1 − θ) ν_{p−1}. The power of the N_i beyond that of one tension N is, summed by parts,
 
     Σ (N_i − N) ḣ_i − σ λ (ν_d − 1) N ṡ = Σ_j (N_j − N_{j−1}) c_j ≥ 0,
 
-so that friction only dissipates; equal pulls along each segment keep both momenta. Neglected is that segments of
-different tension stretch differently, (N_i − N)/EĀ of their length. The angle is smoothed at zero by φ₀ = √2δ:
-φ = arccos((1 − δ) cos) − arccos(1 − δ). The derivatives are, ∇ by all coordinates,
+so that friction only dissipates; equal pulls along each segment keep both momenta. Segments of different tension
+stretch differently, by (N_i − N)/EĀ of their length: this is neglected. The angle is smoothed at zero by φ₀ = √2δ:
+φ = arccos((1 − δ) cos) − arccos(1 − δ). The derivatives are, with ∇ with respect to all coordinates,
 
     ∇ ln ν_i = ∇ ln ρ_i + ∇l/l − Σ_m (ρ_m ∇h_m + h_m ρ_m ∇ ln ρ_m)/Σ h_m ρ_m
     ∇ ln ρ_i = Σ_{0<j≤i} μ (γ ∇φ_j + φ_j γ′ ∇c_j/v₀),       ∇a_j = (Σ_{i<j} ∇h_i − a_j ∇l)/l.
@@ -34,10 +34,10 @@ from netdae.core.arrays import FloatArray
 from netdae.forces.rings import Cord, Way, add_along
 
 DELTA = 5e-7
-"""δ: angles are smoothed at φ₀ = 1e-3 rad, a hundredth of what each of 60 rings on a loop turns the cord."""
+"""δ: angles are smoothed at φ₀ = 1e-3 rad, a hundredth of the turn of the cord at each of 60 rings on a loop."""
 
 RATIO = 1e-3
-"""Share of η under which the direction of a segment is no longer used for an angle."""
+"""Share of η below which the direction of a segment is no longer used for an angle."""
 
 
 @njit(cache=True)

@@ -1,16 +1,16 @@
-"""What the drag of cords and of bodies has in common: how much of a cord is seen, and the drag of a body.
+"""What the drag models have in common: how much of a cord is seen, and the drag of a body.
 
 Symbols, for a cable from node i to node j: d = xⱼ − xᵢ (3,), l = |d| its length from end to end, L̄ rest length;
 u (3,) the direction that it is seen from, s = (L̄ − l)₊ the slack.
 
-A straight cord of length l shows |d × u| of it along a unit vector u. A slack cord is longer than the way between
-its ends. Its tangents sum up to d, whatever its shape, so that this part is kept; of the rest, s, the
-shape is not known, and it is taken to hang in loops that point in all directions alike. With θ the angle between u
-and a direction, the mean of sin θ over the sphere is π/4, hence
+A straight cord of length l shows |d × u| of it along a unit vector u. A slack cord is longer than the distance between
+its ends. Its tangents sum to d, whatever its shape, so this part is kept. The shape of the rest, s, is not known: it is
+assumed to hang in loops that point in all directions equally. With θ the angle between u and a direction, the mean of
+sin θ over the sphere is π/4, hence
 
     seen length  =  |d × u| + (π/4) s |u|.
 
-It is L̄|sin θ| when the cable goes taut and π/4 L̄ when its ends meet, continuous in between, and smooth but for its
+It is L̄|sin θ| when the cable goes taut and π/4 L̄ when its ends meet, continuous in between, and smooth except for its
 slope at s = 0, at l = 0 and where d points along u. Cords do not shade each other.
 
 Each end of a cable carries half of it, as in Eq. (7), with the velocity of its own node: a cable that spins about
@@ -40,7 +40,7 @@ LOOPS = 0.25 * math.pi
 """Mean of sin θ over all directions."""
 
 PARALLEL = 1e-12
-"""Sine of an angle below which round-off is all that is left of a direction."""
+"""Sine of the angle below which a direction is nothing but round-off."""
 
 
 @compiled
@@ -58,7 +58,7 @@ def across_of(dx: float, dy: float, dz: float, ux: float, uy: float, uz: float) 
 
 @compiled
 def seen_length(dx: float, dy: float, dz: float, L: float, ux: float, uy: float, uz: float) -> float:
-    """|d × u| + (π/4) s |u|: length in m that is seen along a unit vector u; it grows with |u|."""
+    """|d × u| + (π/4) s |u|: length in m that is seen along a unit vector u; it is proportional to |u|."""
     slack = slack_of(np.sqrt(dx * dx + dy * dy + dz * dz), L)
     loops = LOOPS * slack * np.sqrt(ux * ux + uy * uy + uz * uz)
     return across_of(dx, dy, dz, ux, uy, uz) + loops
@@ -66,7 +66,7 @@ def seen_length(dx: float, dy: float, dz: float, L: float, ux: float, uy: float,
 
 @compiled
 def seen_slopes(d: FloatArray, L: float, u: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Derivatives (3,) of the seen length by d and by u; zero parts where one of its roots is zero.
+    """Derivatives (3,) of the seen length with respect to d and u; terms whose root is zero are zero.
 
     ∂|d × u|/∂d = (u² d − (d·u) u)/|d × u|, and likewise by u.
     """
@@ -86,14 +86,14 @@ def seen_slopes(d: FloatArray, L: float, u: FloatArray) -> tuple[FloatArray, Flo
 
 
 def check_positive(what: str, values: Mapping[str, float | None]) -> None:
-    """Raise InputError for values that are not finite numbers above zero; None is one that is not given."""
+    """Raise InputError for values that are not finite numbers above zero; None means not given."""
     for name, value in values.items():
         if value is not None and not (math.isfinite(value) and value > 0):
             raise InputError(f"{what}: {name} is {value:g}: give a finite number above zero")
 
 
 def thickness_of(cables: IntArray, cords: Cords, diameter: float | None) -> FloatArray:
-    """Diameters (k,) in m that are seen of some cables: as given, or those of round cords of their area."""
+    """Diameters (k,) in m seen of some cables: as given, or those of round cords of their area."""
     if diameter is None:
         return np.sqrt(4.0 / math.pi * cords.area[cables])
     return np.full(len(cables), diameter)

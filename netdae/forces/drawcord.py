@@ -7,34 +7,35 @@ The energy is that of one cable of the length l, U = EĀ L̄ e(E11) with λ = l/
 
     E11 = ½ (l²/L̄² − 1),       Ė11 = l l̇/L̄² − σ Λ ṡ/L̄.
 
-With b = ∂l/∂x (u_i at the end of each segment, −u_i at its begin) and S = g + τ g′ Ė11, not below zero, the forces are
+With b = ∂l/∂x (u_i at the end of each segment, −u_i at its start) and S = g + τ g′ Ė11, not below zero, the forces are
 those of `reel` with l² for d·d and l l̇ for d·w:
 
     f = −N b,   N = EĀ S λ,        f_s = σ EĀ (S Λ − e),        dissipated EĀ L̄ (S − g) Ė11.
 
-Friction at the rings makes N_i = ν_i N of segment i out of N:
+Friction at the rings turns N into N_i = ν_i N in segment i:
 
-    f on the begin of segment i = N_i u_i = −f on its end,      f_s = σ EĀ (S Λ ν_d − e),
+    f on the start of segment i = N_i u_i = −f on its end,      f_s = σ EĀ (S Λ ν_d − e),
     dissipated besides Σ_j (N_j − N_{j−1}) c_j.
 
-Derivatives. With ∇ by all coordinates of the rings and s,
+Derivatives. With ∇ the gradient with respect to all coordinates of the rings and s,
 
     ∇E11 = (l b/L̄², −σΛ/L̄),        ∇Ė11 = ((l̇ b + l ∇l̇)/L̄² − 2σ ṡ l b/L̄³, −2σ l l̇/L̄³ + 3σ² ṡ Λ/L̄²)
     ∇S = (g′ + τ g″ Ė11) ∇E11 + τ g′ ∇Ė11,        ∇N = EĀ (λ ∇S + S ∇E11/λ),        ∇N_i = ν_i (∇N + N ∇ ln ν_i)
     ∇f_s = σ EĀ (ν_d (Λ ∇S + 2S ∇E11) + S Λ ∇ν_d − g ∇E11)
 
-and by velocities S,v = τ g′ ∇E11 alone. The tangent is a chain of blocks N_i (I − u_i u_iᵀ)/h_i between neighbours, and
-dyads: with b_i the part of b that segment i has, ∂f = −chain − Σ b_i ⊗ ∇N_i + e_s ⊗ ∇f_s. Without friction all N_i are
-N, and two dyads are left: the Newton matrix takes the chain into its factor, the dyads apart, see `linalg.condensed`.
+and by velocities only S,v = τ g′ ∇E11. The tangent is a chain of blocks N_i (I − u_i u_iᵀ)/h_i between neighbours, and
+dyads: with b_i the part of b from segment i, ∂f = −chain − Σ b_i ⊗ ∇N_i + e_s ⊗ ∇f_s. Without friction all N_i are
+N, and two dyads are left: the chain goes into the factor of the Newton matrix, the dyads are kept apart, see
+`linalg.condensed`.
 
 In an explicit step friction at rings is taken at the velocity half a step back, as dashpots are. Its damping Σ_j G_j
-C_j C_jᵀ, with G_j = N_j μ φ_j γ/c_j and C_j = ∂c_j/∂ẋ, comes and goes with the tension N: no bound that held always
-would leave a step worth its name. (G_j is the secant, not the slope, in which a ring that is thrown to and fro by too
-long a step would look soft.) Hence a rate that none of its eigenvalues over M passes is watched: a step in which it
-passes the limit for which h is stable ends the run of steps, as one with too large a strain does. C_j has a part on
-ring j itself, and those of different rings do not meet; and one on the others and the drum r. With a_j the share of
-the cord before ring j and the sums over the rings before it and after it, the rate is (√A + √B)² from A = max G_j/m_j
-and the trace
+C_j C_jᵀ, with G_j = N_j μ φ_j γ/c_j and C_j = ∂c_j/∂ẋ, comes and goes with the tension N: a bound that always held
+would make the step uselessly small. (G_j is the secant, not the slope: by the slope, a ring thrown to and fro by too
+long a step would look soft.) Hence a rate that no eigenvalue of it over M exceeds is monitored: a step in which it
+exceeds the limit for which h is stable ends the run of steps, as does one with too large a strain. C_j has a part on
+ring j itself, disjoint from those of other rings, and one on the other rings and the drum r. With a_j the share of the
+cord before ring j and the sums over the rings before it and after it, the rate is (√A + √B)² from A = max G_j/m_j and
+the trace
 
     B = Σ_j G_j ((1 − a_j)² Σ_{i<j} |b_i|²/m_i + a_j² Σ_{i>j} |b_i|²/m_i + (λ σ (θ − a_j))²/m_r)
 
@@ -57,7 +58,7 @@ from netdae.forces.reel import WOUND_IN
 from netdae.forces.rings import Cord, Way, add_along, way_length, way_through
 
 LEAST = 1e-3
-"""Share of L̄₀ under which a cord counts as wound in whole."""
+"""Share of L̄₀ below which a cord counts as fully wound in."""
 
 
 @compiled
@@ -67,7 +68,7 @@ def _rest(cord: Cord, e: int, x: FloatArray) -> tuple[float, float]:
 
 @compiled
 def _length(cord: Cord, x: FloatArray) -> float:
-    """L̄(s), m, not below a share of L̄₀: Newton's iteration tries states that no flight comes to, and turns back."""
+    """L̄(s), m, not below a share of L̄₀: Newton's iteration tries states that no flight reaches, and turns back."""
     return max(cord.L + cord.share * x[len(x) - 1, 0], LEAST * cord.L)
 
 

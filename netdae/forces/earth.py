@@ -1,4 +1,4 @@
-"""The Earth as a circular orbit sees it: gravity, upper air, sunlight, magnetic field.
+"""The Earth as seen from a circular orbit: gravity, upper atmosphere, sunlight, magnetic field.
 
 Symbols: h altitude above the equatorial radius, a = R + h radius of the orbit, n mean motion, V circular speed.
 
@@ -35,17 +35,17 @@ SOLAR_IRRADIANCE = 1360.8
 """Total solar irradiance at 1 AU, W/m² (Kopp and Lean 2011, Geophys. Res. Lett. 38, L01706)."""
 
 SOLAR_PRESSURE = SOLAR_IRRADIANCE / LIGHT_SPEED
-"""Pressure of sunlight at 1 AU on what takes it all up, 4.54e-6 Pa; it is twice that on a mirror."""
+"""Pressure of sunlight at 1 AU on a body that absorbs it all, 4.54e-6 Pa; on a mirror it is twice that."""
 
 DIPOLE_FIELD, DIPOLE_RADIUS = 2.98059e-5, 6371.2e3
 """B₀ in T at a_B in m over the magnetic equator: the length of the vector (g₁⁰, g₁¹, h₁¹) = (−29404.8, −1450.9,
 4652.5) nT of the year 2020 (IGRF-13, Alken et al. 2021, Earth Planets Space 73, 49, table 2)."""
 
 LOWEST_ALTITUDE = 120e3
-"""Altitude in m under which no orbit lasts one revolution and the air is no free stream of molecules."""
+"""Altitude in m below which no orbit lasts one revolution and the air is not a free molecular stream."""
 
 # hₖ km, ρₖ kg/m³, Hₖ km: Vallado 2013, Fundamentals of Astrodynamics and Applications, 4th ed., table 8-4, from
-# CIRA-72, from 500 km on with an exosphere of 1000 K: a mean sun. Its activity changes the true density at 600 km by
+# CIRA-72, from 500 km on with an exosphere of 1000 K: a mean Sun. Its activity changes the true density at 600 km by
 # more than a power of ten (Vallado 2013, section 8.6.2).
 _LAYERS = (
     (120, 2.438e-8, 9.473),
@@ -100,7 +100,7 @@ def altitude_of(mean_motion: float) -> float:
             f"mean_motion is {mean_motion:g} rad/s: give one above zero, at most {fastest:.6g} rad/s"
         )
     altitude = (GRAVITATION / mean_motion**2) ** (1 / 3) - RADIUS
-    if altitude < LOWEST_ALTITUDE * (1 - 1e-12):  # round-off of the way there and back
+    if altitude < LOWEST_ALTITUDE * (1 - 1e-12):  # round-off of the conversion there and back
         raise InputError(
             f"mean_motion is {mean_motion:g} rad/s, an orbit at the altitude {altitude:.6g} m: none lasts under "
             f"{LOWEST_ALTITUDE:g} m; give {fastest:.6g} rad/s at most"
@@ -159,8 +159,8 @@ class DensityTable:
 def density(altitude: float) -> float:
     """Density of the air in kg/m³ at an altitude in m, by the layers of the module.
 
-    The layers hold from 120 to 1000 km. Below, InputError; above, the last layer goes on, as the source has it:
-    too thin, since the hydrogen up there falls off more slowly, but far under what sunlight does.
+    The layers hold from 120 to 1000 km. Below: InputError. Above, the last layer is extended, as in the source:
+    too thin, since the hydrogen up there falls off more slowly, but its effect is far below that of sunlight.
     """
     radius_of(altitude)  # raises where there is no orbit
     base, nominal, scale = _LAYERS[bisect_right(_BASES, altitude) - 1]

@@ -1,4 +1,4 @@
-"""A law on elements of a net: the force that methods fly, and NumPy's view of it element by element.
+"""A law on elements of a net: the force that methods integrate, and its NumPy view element by element.
 
 Symbols: m elements of k nodes each; x, v gathered positions and velocities (m, k, 3).
 """
@@ -24,8 +24,8 @@ class ElementForce:
     """A law on some elements of a net.
 
     nodes : (m, k), the nodes of each element
-    parameters : of the law's class, with a row an element
-    signal : of which the law sees the value now, or None
+    parameters : of the law's class, one row per element
+    signal : the law sees its current value; or None
 
     Raises TypeError for parameters of another class.
     """
@@ -101,7 +101,7 @@ class ElementForce:
         return np.asarray(self.law.links(self.parameters, self.nodes))
 
     def newton_part(self, t: float, x: FloatArray, v: FloatArray) -> LinkedTangent:
-        """Blocks and dyads of a law with links; nothing of both where it does not act."""
+        """Blocks and dyads of a law with links; both empty where it does not act."""
         k, p = self.nodes.shape[1], len(self.links)
         X, V = np.ascontiguousarray(x), np.ascontiguousarray(v)
         loop_of(self.law, "tangents").ctypes(self._at(t), X.ctypes.data, V.ctypes.data)
@@ -113,7 +113,7 @@ class ElementForce:
 
     @cached_property
     def _alone(self) -> Record:
-        """Its elements with nodes of their own, as gathered positions have them."""
+        """Its elements without shared nodes, as in gathered positions."""
         nodes = np.arange(self.nodes.size).reshape(self.nodes.shape)
         return self.elements(nodes, np.ones(self.nodes.size, dtype=np.bool_))
 
@@ -123,9 +123,9 @@ class ElementForce:
         return self._alone.address
 
     def elements(self, nodes: IntArray, in_space: BoolArray, *, watched: bool = False) -> Record:
-        """Its elements for compiled code, on nodes (m, k) of a net of which `in_space` (n,) are places in space.
+        """Its elements for compiled code, on nodes (m, k) of a net; `in_space` (n,) is True at points in space.
 
-        watched : whether rest lengths on reels are compared with a least
+        watched : whether rest lengths on reels are compared with a lower limit
         """
         (m, k), law = nodes.shape, self.law
         side = 3 if law.pair else 3 * k

@@ -1,4 +1,4 @@
-"""What a force is: local to its elements, blind to the rest of the net.
+"""What a force is: local to its elements, independent of the rest of the net.
 
 Symbols: m elements of k nodes each; x, v gathered positions and velocities (m, k, 3); f forces on the nodes.
 """
@@ -17,7 +17,7 @@ from netdae.forces.law import NewtonPart
 class Account(NamedTuple):
     """Energy and powers of a force at one instant.
 
-    What a force stores depends on positions alone, and counts with the elastic energy of the cables; what changes with
+    The stored energy depends on positions alone, and is added to the elastic energy of the cables; what changes with
     time is external power.
     """
 
@@ -27,7 +27,7 @@ class Account(NamedTuple):
 
 
 class Tangent(NamedTuple):
-    """Derivatives of a force at those elements where one of them is not zero: slack cables are left out.
+    """Derivatives of a force at the elements where they are not both zero: slack cables are left out.
 
     elements : (a,), which of the m elements
     dx, dv : ∂f/∂x in N/m and ∂f/∂v in N s/m, each (a, k, 3, k, 3)
@@ -39,13 +39,13 @@ class Tangent(NamedTuple):
 
     @classmethod
     def none(cls, k: int) -> Tangent:
-        """Of a force that depends on neither."""
+        """Tangent of a force that depends on neither."""
         empty = np.zeros((0, k, 3, k, 3))
         return cls(np.zeros(0, dtype=np.int64), empty, empty)
 
     @classmethod
     def of_all(cls, dx: FloatArray, dv: FloatArray) -> Tangent:
-        """With all elements, dx and dv (m, k, 3, k, 3)."""
+        """Tangent with all elements, dx and dv (m, k, 3, k, 3)."""
         return cls(np.arange(len(dx)), dx, dv)
 
     def spread(self, m: int) -> tuple[FloatArray, FloatArray]:
@@ -59,7 +59,7 @@ class LinkedTangent(NamedTuple):
     """Derivatives of a force on one element of many nodes: blocks between some of them, and r dyads over all.
 
     ∂f/∂x is the sum of the blocks dx and of left ⊗ by_x, ∂f/∂v that of dv and of left ⊗ by_v. A matrix of k nodes
-    that is full by its dyads alone is factored without them, see `linalg.condensed`.
+    that is full only because of its dyads is factored without them, see `linalg.condensed`.
 
     dx, dv : (p, 2, 3, 2, 3), N/m and N s/m, on the force's `links` (p, 2), all or none of them
     left, by_x, by_v : (r, k, 3)
@@ -92,8 +92,8 @@ class Force(Protocol):
 
     nodes : (m, k), the nodes of each element
     newton : the part of its tangent that the Newton matrix takes, which is symmetric:
-        "symmetric", where the unsymmetric part of a tangent is left out, "nothing" (loads), or "links" of a
-        `LinkedForce`, of which it takes all
+        "symmetric", where the unsymmetric part of a tangent is left out, "nothing" (loads), or "links" for a
+        `LinkedForce`, which is taken as a whole
     jumps : times at which the force jumps; the flight restarts there
     kinks : times at which only its rate jumps; a step ends there
     external : True if it acts from outside and so changes the net's momentum
@@ -127,7 +127,7 @@ MEMBERS = ("nodes", "newton", "jumps", "kinks", "external", "force", "tangent", 
 
 
 def check_force(force: object) -> None:
-    """Raise InputError for what lacks a part of a Force."""
+    """Raise InputError for an object that lacks a part of the protocol."""
     if missing := [name for name in MEMBERS if not hasattr(force, name)]:
         raise InputError(
             f"{type(force).__name__} is no force: it lacks {', '.join(missing)}; see netdae.forces.force.Force"
@@ -144,5 +144,5 @@ class LinkedForce(Force, Protocol):
     def links(self) -> IntArray: ...  # noqa: D102
 
     def newton_part(self, t: float, x: FloatArray, v: FloatArray) -> LinkedTangent:
-        """∂f/∂x and ∂f/∂v as blocks and dyads; nothing of both where the force is nothing."""
+        """∂f/∂x and ∂f/∂v as blocks and dyads; both empty where the force is zero."""
         ...

@@ -1,31 +1,31 @@
-"""Drag of cords in orbit, where molecules come singly.
+"""Drag of cords in orbit, in free molecular flow.
 
 Symbols, for a cable from node i to node j: d = xⱼ − xᵢ (3,), L̄ rest length, D diameter, ρ density of the air;
 w (3,) velocity of the air relative to a node; θ the angle between w and the cord.
 
-Above some 120 km molecules meet a cord more often than each other, and a satellite overtakes them 5 to 10
-times as fast as they fly about. In this limit those that strike a straight cord of length l are those in the beam of
-its projected area, D l sin θ: a mass ρ D l sin θ |w| per second, which loses the momentum w per unit of mass. The cord
-takes all of it, and what the molecules take with them when they leave. Where the surface has caught them (full
-accommodation) they leave with the slow speed of its own temperature and in all directions: that adds some 5 %. So
+Above about 120 km molecules hit a cord more often than each other, and a satellite moves 5 to 10 times as fast as
+they do. In this limit a straight cord of length l is struck by the molecules in the beam of its projected area,
+D l sin θ: a mass ρ D l sin θ |w| per second, which loses the momentum w per unit of mass. The cord takes all of it, and
+the recoil of the molecules when they leave. Where the surface has caught them (full accommodation) they leave with the
+slow speed of its own temperature and in all directions: that adds about 5 %. So
 
     f = ½ ρ C_D D l sin θ |w| w,        l sin θ |w| = |d × w|,
 
-along the stream, not across the cord, with C_D = 2 for the catch and 2.1 to 2.2 in all; where
-molecules bounce off (little accommodation, above 500 km) it is more, up to 2.8. L. H. Sentman 1961 (Free Molecule
-Flow Theory, Lockheed LMSC-448514) gives the whole expressions, G. E. Cook 1965 (Planetary and Space Science 13, 929)
-the 2.2 that satellites are reckoned with; for the part of accommodation see E. Doornbos 2012, Thermospheric
-Density and Wind Determination from Satellite Dynamics, ch. 3. Left out is what strikes a cord from the side by its
-own motion when it points along the stream: √π/(2S) of its broadside drag, a tenth at the speed ratio S = 8.
+along the stream, not across the cord, with C_D = 2 for the impact and 2.1 to 2.2 in all; where molecules bounce off
+(little accommodation, above 500 km) it is larger, up to 2.8. L. H. Sentman 1961 (Free Molecule Flow Theory, Lockheed
+LMSC-448514) gives the full expressions, G. E. Cook 1965 (Planetary and Space Science 13, 929) the 2.2 commonly used for
+satellites; for the role of accommodation see E. Doornbos 2012, Thermospheric Density and Wind Determination from
+Satellite Dynamics, ch. 3. Molecules that strike a cord from the side by their own motion when it points along the
+stream are neglected: √π/(2S) of its broadside drag, a tenth at the speed ratio S = 8.
 
-A slack cord shows what `forces.drag` derives, so that the force on each end of a cable is
+A slack cord shows the length derived in `forces.drag`, so the force on each end of a cable is
 
     f = ¼ ρ C_D D (|d × w| + (π/4) (L̄ − l)₊ |w|) w.
 
-In the frame of an orbit (see `forces.orbit`) that does not turn with the Earth, the air at rest about the Earth
-streams at (0, −V, 0) with V the speed on the orbit, and w = stream − v. That takes the frame's own turning, n |r|, for
-nothing beside V. Air that turns with the Earth moves eastward at 7.292e-5 rad/s times the radius: on an eastward
-orbit at 600 km and 0° of inclination V is 509 m/s less, and the drag 13 %.
+In the frame of an orbit (see `forces.orbit`) that does not turn with the Earth, the air at rest about the Earth streams
+at (0, −V, 0) with V the speed on the orbit, and w = stream − v. This neglects the frame's own rotation, n |r|, against
+V. Air that turns with the Earth moves eastward at 7.292e-5 rad/s times the radius: on an eastward orbit at 600 km and
+0° of inclination V is 509 m/s less, and the drag 13 % less.
 """
 
 from __future__ import annotations
@@ -111,7 +111,7 @@ class FreeMolecularDrag:
         (0, −V, 0) in the frame of an orbit with the speed V
     drag_coefficient : C_D on the projected area
     cables : cable group
-    diameter : m, as the air sees it; None takes that of a round cord of the material's cross-section
+    diameter : m, as seen by the air; None takes that of a round cord of the material's cross-section
 
     Bodies such as bullets are `forces.drag.BodyDrag` with the same stream.
     Raises InputError for values that are not above zero.

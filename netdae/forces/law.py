@@ -7,11 +7,11 @@ where it has none; x, v (k, 3) positions and velocities of its nodes; f its `Sha
     tangent(p, e, s, x, v, K, C) -> bool    adds ∂f/∂x and ∂f/∂v, (k, 3, k, 3); False where both are zero
     energy(p, e, x) -> float             stored energy, J
 
-A pair is an element of two nodes i and j that sees but d = xⱼ − xᵢ and w = vⱼ − vᵢ, tuples of three numbers. What it
-gives is the force on i, (3,), and minus that on j: it keeps momentum whatever it does. Its functions take d and w in
-the place of x and v; its tangent is K = ∂f/∂d and C = ∂f/∂w, (3, 3).
+A pair is an element of two nodes i and j that depends only on d = xⱼ − xᵢ and w = vⱼ − vᵢ, tuples of three numbers. It
+gives the force on i, (3,), and its negative acts on j, so momentum is always conserved. Its functions take d and w in
+place of x and v; its tangent is K = ∂f/∂d and C = ∂f/∂w, (3, 3).
 
-All else is made of these: see `loops`, and `table` for all forces of a net.
+Everything else is built from these: see `loops`, and `table` for all forces of a net.
 """
 
 from __future__ import annotations
@@ -39,16 +39,16 @@ PACKAGE = "netdae"
 
 
 def compiled(function: Callable[..., Any]) -> Any:
-    """A function that laws are made of, compiled; kept on disk where it is netdae's own, whose changes are seen."""
+    """A compiled function of a law; cached on disk if it is netdae's own, whose changes are detected."""
     kept = function.__module__.partition(".")[0] == PACKAGE
     return njit(cache=kept, forceinline=True, **OPTIONS)(function)
 
 
 class Shares(NamedTuple):
-    """What a force consists of, each (k, 3), or (3,) of a pair, N.
+    """Parts of a force, each (k, 3), or (3,) for a pair, N.
 
     conservative : minus the gradient of the stored energy
-    dissipative : takes energy out of the motion; external : brings it from outside, or takes it there
+    dissipative : takes energy out of the motion; external : exchanges it with the outside
     """
 
     conservative: FloatArray
@@ -74,7 +74,7 @@ class Family(NamedTuple):
 
 
 def no_bound(parameters: Any, nodes: IntArray, strain: float, x: FloatArray) -> list[Family]:
-    """Of what is no bound on an explicit step."""
+    """For laws that do not bound an explicit step."""
     return []
 
 
@@ -90,24 +90,24 @@ def _no_dyads(parameters: Any) -> int:
 class Law:
     """A force as data: the class of its parameters, and its functions; see the module.
 
-    parameters : a NamedTuple class; arrays have one row an element
+    parameters : a NamedTuple class; arrays have one row per element
     nodes : k; 0 for one element of any number of nodes
-    pair : whether it sees d and w alone
+    pair : whether it depends on d and w alone
     shares : those that it has
     external : True if it acts from outside and so changes the net's momentum
     newton : the part of its tangent that the Newton matrix takes, see `force.Force`
-    measured : (p, e, x) -> square of the tension in N² and strain, of an element that acts: what is watched
-    near : (p, e, x, margin) -> False where it cannot act before two nodes have moved `margin` m against each other
-    rest : (p, e, x) -> rest length now, m, of what a reel winds in, and the least that a flight survives
+    measured : (p, e, x) -> square of the tension in N² and strain, of an element that acts: the monitored quantities
+    near : (p, e, x, margin) -> False where it cannot act before two nodes have moved `margin` m relative to each other
+    rest : (p, e, x) -> current rest length, m, of what a reel winds in, and the least with which a flight can continue
     linked : (p, x, v, chain, left, by_x, by_v) -> bool, the tangent of a force with links, see `force.LinkedTangent`
-    named : (nodes,) of an element -> what it is called in messages about `rest`
+    named : (nodes,) of an element -> its name in messages about `rest`
     links, ranks : (parameters, nodes) -> nodes (p, 2) that its blocks couple, and (parameters) -> how many dyads it has
     rate : (p, x, v, share) -> rate of its friction, 1/s, on nodes of 1/mass (k,), where it bounds an explicit step
-    implicit : whether an explicit step takes it at its end, along x of drums, whatever its stiffness
+    implicit : whether an explicit step evaluates it at the end of the step, along x of drums, whatever its stiffness
     steady : whether its tangent is a constant ∂f/∂v
     ranked : (parameters, D) -> name, force in N and formula for the ranking of forces on a net that moves by D in m
     bound : (parameters, nodes, strain, x) -> what the stable explicit step sees of it while no E11 passes `strain`;
-        None takes the tangent of the moment, which does for forces that change slowly
+        None takes the current tangent, which suffices for forces that change slowly
     """
 
     parameters: type
@@ -137,12 +137,12 @@ class Law:
 
     @cached_property
     def version(self) -> str:
-        """Of the source that it is compiled from; empty where nothing is kept on disk."""
+        """Version of the source that it is compiled from; empty where nothing is cached on disk."""
         return version_of(self.parameters.__module__)
 
 
 LAWS: dict[type, Law] = {}
-"""Of each class of parameters."""
+"""The law of each class of parameters."""
 
 
 @cache

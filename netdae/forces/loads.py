@@ -22,7 +22,7 @@ from netdae.model.signals import Signal, signal_of
 
 
 class Load(Protocol):
-    """What System needs of a load."""
+    """What System requires of a load."""
 
     def on(self, net: CableNet, cords: Cords, mass: FloatArray) -> Force:
         """The load as a force on a net of these cords whose nodes have `mass` (n,), kg."""

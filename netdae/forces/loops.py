@@ -1,7 +1,7 @@
-"""Loops over the elements of one law, compiled to functions of C: gather, law, scatter. Written once for all laws.
+"""Loops over the elements of one law, compiled to C functions: gather, law, scatter. Written once for all laws.
 
-Each function has the address of `Elements` and those of flat arrays over the net, node i at 3i. They are compiled when
-they are first needed, and found on disk afterwards while the source of the law is the same.
+Each function takes the addresses of `Elements` and of flat arrays over the net, node i at 3i. It is compiled when first
+needed, and then loaded from disk as long as the source of the law is unchanged.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from netdae.forces.law import LAWS, OPTIONS, Law, Shares
 
 
 class Elements(NamedTuple):
-    """The elements of a force in a net, and room for what they give, for compiled code.
+    """The elements of a force in a net, and room for their results, for compiled code.
 
-    active, K, C : the elements of the last tangents, and theirs, one behind the other
+    active, K, C : the elements of the last tangents, and these tangents, one after another
     """
 
     parameters: int  # address of the law's
     nodes: Wholes2  # (m, k), 3i
-    signal: Reals  # (3,), s now
+    signal: Reals  # (3,), current s
     in_space: Flags  # (n,), False on drums, which have neither momentum nor place
     near: Wholes  # (m,), elements that may act
     counts: Wholes  # (2,), how many are near, and active
@@ -39,7 +39,7 @@ class Elements(NamedTuple):
     left: Reals  # dyads of a force with links
     by_x: Reals
     by_v: Reals
-    rank: Wholes  # (1,), how many of them now; of pairs whether any has a ∂f/∂w
+    rank: Wholes  # (1,), their current number; for pairs whether any has a ∂f/∂w
     room: Reals  # for one element: 3k of positions, of velocities, and of each share
 
 
@@ -55,8 +55,8 @@ def elements_of(
 ) -> Record:
     """The record of some elements with nodes (m, k).
 
-    tangents : numbers in K, and in C; links : how many there are, which act all or none
-    dyads : numbers in the vectors of each side; least : lengths that are watched
+    tangents : numbers in K, and in C; links : their number, of which all or none act
+    dyads : numbers in the vectors of each side; least : lower limits of the monitored lengths
     """
     m, k = nodes.shape
     return Record(
@@ -81,12 +81,12 @@ def elements_of(
 
 
 STORED, DISSIPATED, EXTERNAL, FORCE, TORQUE, TENSION, STRAIN, SUMS = 0, 1, 2, 3, 6, 9, 10, 11
-"""Places in sums over all elements: J, W, W, N (3,), N m (3,) about the origin, N², and a strain; how many."""
+"""Places in sums over all elements: J, W, W, N (3,), N m (3,) about the origin, N², and a strain; their number."""
 
 _I, _A, _D = types.int32, types.int64, types.float64
 
 
-# The law of some parameters, as compiled code finds it by their class
+# The law of given parameters, which compiled code finds by their class
 
 
 def _stub(name: str) -> tuple[Callable[..., Any], Callable[..., Any]]:
@@ -169,7 +169,7 @@ def _add_of_pair(law: Law) -> Any:
 
     @cfunc(_I(_A, _A, _A, _A, _A, _A, _A), cache=bool(version), **OPTIONS)
     def add(elements, x, v, f, taken, given, sums):  # type: ignore[no-untyped-def]
-        version  # noqa: B018  # what is kept on disk is distinguished by it
+        version  # noqa: B018  # distinguishes what is cached on disk
         el = load(elements, Elements)
         p: Any = load(el.parameters, Parameters)
         n3 = 3 * len(el.in_space)
@@ -223,7 +223,7 @@ def _add_of_elements(law: Law) -> Any:
 
     @cfunc(_I(_A, _A, _A, _A, _A, _A, _A), cache=bool(version), **OPTIONS)
     def add(elements, x, v, f, taken, given, sums):  # type: ignore[no-untyped-def]
-        version  # noqa: B018  # what is kept on disk is distinguished by it
+        version  # noqa: B018  # distinguishes what is cached on disk
         el = load(elements, Elements)
         p: Any = load(el.parameters, Parameters)
         n3 = 3 * len(el.in_space)
@@ -280,7 +280,7 @@ def _rates_of_pair(law: Law) -> Any:
 
     @cfunc(_I(_A, _A, _A, _A, _A), cache=bool(version), **OPTIONS)
     def rates(elements, x, v, sums, wants_energy):  # type: ignore[no-untyped-def]
-        version  # noqa: B018  # what is kept on disk is distinguished by it
+        version  # noqa: B018  # distinguishes what is cached on disk
         el = load(elements, Elements)
         p: Any = load(el.parameters, Parameters)
         n3 = 3 * len(el.in_space)
@@ -326,7 +326,7 @@ def _rates_of_elements(law: Law) -> Any:
 
     @cfunc(_I(_A, _A, _A, _A, _A), cache=bool(version), **OPTIONS)
     def rates(elements, x, v, sums, wants_energy):  # type: ignore[no-untyped-def]
-        version  # noqa: B018  # what is kept on disk is distinguished by it
+        version  # noqa: B018  # distinguishes what is cached on disk
         el = load(elements, Elements)
         p: Any = load(el.parameters, Parameters)
         n3 = 3 * len(el.in_space)
@@ -374,7 +374,7 @@ def _tangents_of_pair(law: Law) -> Any:
 
     @cfunc(_I(_A, _A, _A), cache=bool(version), **OPTIONS)
     def tangents(elements, x, v):  # type: ignore[no-untyped-def]
-        version  # noqa: B018  # what is kept on disk is distinguished by it
+        version  # noqa: B018  # distinguishes what is cached on disk
         el = load(elements, Elements)
         p: Any = load(el.parameters, Parameters)
         n3 = 3 * len(el.in_space)
@@ -405,7 +405,7 @@ def _tangents_of_elements(law: Law) -> Any:
 
     @cfunc(_I(_A, _A, _A), cache=bool(version), **OPTIONS)
     def tangents(elements, x, v):  # type: ignore[no-untyped-def]
-        version  # noqa: B018  # what is kept on disk is distinguished by it
+        version  # noqa: B018  # distinguishes what is cached on disk
         el = load(elements, Elements)
         p: Any = load(el.parameters, Parameters)
         n3 = 3 * len(el.in_space)
@@ -437,7 +437,7 @@ def _tangents_of_links(law: Law) -> Any:
 
     @cfunc(_I(_A, _A, _A), cache=bool(version), **OPTIONS)
     def tangents(elements, x, v):  # type: ignore[no-untyped-def]
-        version  # noqa: B018  # what is kept on disk is distinguished by it
+        version  # noqa: B018  # distinguishes what is cached on disk
         el = load(elements, Elements)
         p: Any = load(el.parameters, Parameters)
         n3, nodes = 3 * len(el.in_space), el.nodes
@@ -464,7 +464,7 @@ def _sift_of(law: Law) -> Any:
 
     @cfunc(_I(_A, _A, _D), cache=bool(version), **OPTIONS)
     def sift(elements, x, margin):  # type: ignore[no-untyped-def]
-        version  # noqa: B018  # what is kept on disk is distinguished by it
+        version  # noqa: B018  # distinguishes what is cached on disk
         el = load(elements, Elements)
         p: Any = load(el.parameters, Parameters)
         n3, nodes = 3 * len(el.in_space), el.nodes
@@ -492,8 +492,8 @@ def _rests_of(law: Law) -> Any:
 
     @cfunc(_I(_A, _A, _A), cache=bool(version), **OPTIONS)
     def rests(elements, x, lengths):  # type: ignore[no-untyped-def]
-        """Rest lengths (m,), m, where asked for; 1 if one is below its `least`, 2 if no flight survives one."""
-        version  # noqa: B018  # what is kept on disk is distinguished by it
+        """Rest lengths (m,), m, if requested; 1 if one is below its `least`, 2 if no flight can continue with one."""
+        version  # noqa: B018  # distinguishes what is cached on disk
         el = load(elements, Elements)
         p: Any = load(el.parameters, Parameters)
         n3, nodes = 3 * len(el.in_space), el.nodes
@@ -520,7 +520,7 @@ def _rate_of_friction(law: Law) -> Any:
 
     @cfunc(_D(_A, _A, _A, _A), cache=bool(version), **OPTIONS)
     def rate(elements, x, v, share):  # type: ignore[no-untyped-def]
-        version  # noqa: B018  # what is kept on disk is distinguished by it
+        version  # noqa: B018  # distinguishes what is cached on disk
         el = load(elements, Elements)
         p: Any = load(el.parameters, Parameters)
         n3, nodes = 3 * len(el.in_space), el.nodes
@@ -544,7 +544,7 @@ def _at_drum_of(law: Law) -> Any:
     @cfunc(_I(_A, _A, _D, _D, _A), cache=bool(version), **OPTIONS)
     def at_drum(elements, e, place, speed, out):  # type: ignore[no-untyped-def]
         """Add conservative, dissipative and external force along x in N, and ∂f/∂ṡ in N s/m, of one element."""
-        version  # noqa: B018  # what is kept on disk is distinguished by it
+        version  # noqa: B018  # distinguishes what is cached on disk
         el = load(elements, Elements)
         p: Any = load(el.parameters, Parameters)
         shares_of_drum, s = floats(out, 4), el.signal
@@ -590,5 +590,5 @@ def _made(law: Law, name: str) -> Any:
 
 @cache
 def loop_of(law: Law, name: str) -> Any:
-    """The function of C of that name for a law, compiled; None where the law does not have it."""
+    """The compiled C function of that name for a law; None where the law does not have it."""
     return _made(law, name)

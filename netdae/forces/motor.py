@@ -1,13 +1,13 @@
-"""The motor of a winch, with the pawl that lets its drum not wind back.
+"""The motor of a winch, with the pawl that keeps its drum from winding back.
 
 Both act along x of a reel's node, see `reel`: s in m is the length that the drum has taken up, ṡ its rate.
-The motor keeps a speed v as far as a force F goes, with a controller of the width v₀; the pawl is a brake on ṡ < 0:
+The motor holds a speed v up to a force F, with a controller of the width v₀; the pawl is a brake on ṡ < 0:
 
     f = F γ((v − ṡ)/v₀) + F P(−ṡ/v₁),      γ(u) = u/√(1 + u²),       P(u) = u²/(1 + u) for u > 0, else 0.
 
-P joins with the slope 0. Under a steady load R < F the drum runs at v − v₀ R/√(F² − R²); against R > F it stands, but
-for a creep back, at which P = R/F − γ(v/v₀). The motor's power f ṡ comes from outside; its reaction is at the drum, a
-matter of the net inside, so no momentum does.
+P joins with slope 0. Under a steady load R < F the drum runs at v − v₀ R/√(F² − R²); against R > F it stands, except
+for a creep back, at which P = R/F − γ(v/v₀). The motor's power f ṡ comes from outside; its reaction acts at the drum,
+inside the net, so no momentum does.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
-"""Orbit: what a net feels in the frame that goes round with a circular reference orbit.
+"""Orbit: forces on a net in the frame that moves along a circular reference orbit.
 
 Symbols: n mean motion in rad/s; x radially outward, y along the track, z along the orbit's normal (the local
 vertical, local horizontal frame); r = (x, y, z) of a node in m from the frame's origin on the orbit, m its mass.
 
-The frame turns with ω = n e_z about the Earth, whose centre stands at R = −a e_x, and n² a³ = μ. In it
+The frame rotates with ω = n e_z about the Earth, whose centre lies at R = −a e_x, and n² a³ = μ. In it
 
     r̈ = −μ (r − R)/|r − R|³ − ω × (ω × (r − R)) − 2 ω × ṙ + (other forces)/m.
 
@@ -12,13 +12,13 @@ n² (−a + 2x, −y, −z) to first order, so that the constant parts cancel an
 
     f = m (3n² x + 2n ẏ,  −2n ẋ,  −n² z)
 
-is left: the equations of G. W. Hill (1878, American Journal of Mathematics 1) in the form of W. H. Clohessy and
-R. S. Wiltshire (1960, Journal of the Aerospace Sciences 27). What is left out is 3/2 |r|/a of the tidal terms:
-2e-5 for a net of 100 m at 600 km. The orbit is an ideal one: drag or pressure on it are not in the frame's motion.
+remains: the equations of G. W. Hill (1878, American Journal of Mathematics 1) in the form of W. H. Clohessy and
+R. S. Wiltshire (1960, Journal of the Aerospace Sciences 27). The neglected part is 3/2 |r|/a of the tidal terms:
+2e-5 for a net of 100 m at 600 km. The orbit is ideal: drag and pressure do not change the frame's motion.
 
-The tidal part has the potential −m n² (3x² − z²)/2, and the Coriolis force does no work. In free flight, therefore,
-kinetic energy in this frame, stored energy and this potential keep their sum; momentum in this frame is not kept,
-and what the force gives counts as an impulse from outside.
+The tidal part has the potential −m n² (3x² − z²)/2, and the Coriolis force does no work. In free flight the sum of
+kinetic energy in this frame, stored energy and this potential is therefore conserved; momentum in this frame is not,
+and what the force adds counts as an external impulse.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def _tangent(
     return True
 
 
-# its tangent is of the size n² and n beside c_j² and c_j: nothing for the Newton matrix
+# its tangent is of the size n² and n against c_j² and c_j: negligible in the Newton matrix
 ORBIT = Law(
     OrbitForce,
     force=_force,

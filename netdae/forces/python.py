@@ -1,6 +1,6 @@
-"""A force written in Python as a row of the table: callbacks in the places of compiled functions, see `loops`.
+"""A force written in Python as a row of the table: callbacks in place of compiled functions, see `loops`.
 
-One call costs some ten microseconds, each time that the method evaluates forces.
+One call costs about ten microseconds, each time that the method evaluates forces.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ _Add, _Rates, _Powers, _Tangents = (c.CFUNCTYPE(c.c_int, *[_A] * count) for coun
 
 
 class PythonRow:
-    """A force by the protocol of `force.Force`.
+    """A force that follows the protocol of `force.Force`.
 
-    failed : takes what the force raises; now : the time at which it is evaluated, s
+    failed : receives what the force raises; now : the time at which it is evaluated, s
     """
 
     def __init__(
@@ -46,7 +46,7 @@ class PythonRow:
             self._calls["tangents"] = _Tangents(self._tangents)
 
     def address_of(self, column: str) -> int:
-        """Of the callback, or 0."""
+        """Address of the callback, or 0."""
         call = self._calls.get(column)
         return 0 if call is None else c.cast(call, c.c_void_p).value or 0
 

@@ -2,7 +2,7 @@
 
 T(x̄) of an unstrained, sharp net is K₀ = Σ Aₑᵀ (EĀ/L̄) [[nnᵀ, −nnᵀ], [−nnᵀ, nnᵀ]] Aₑ with n (3,) the unit
 direction of the cable in x̄: constant for the whole flight, whatever the law, the toe or the rest lengths.
-It keeps linear momentum but brakes a net that turns, acts on slack cables, and leaves the transverse
+It conserves linear momentum but brakes a rotating net, acts on slack cables, and leaves the transverse
 motion of a flat net undamped; α M takes momentum.
 """
 

@@ -4,7 +4,7 @@ A reel is a generalised node r: its x-coordinate is s, the length paid out in m,
 mass the drum's inertia J/R² in kg. Symbols, for a cable from node i to node j that reels on r:
 L̄(s) = L̄₀ + σ s with the share σ, usually 1; else as in `cables`, with Λ = 1 + 2 E11 = d·d/L̄².
 
-The rest length moves, so that with ∂E11/∂L̄ = −Λ/L̄ the strain and its rate are
+The rest length varies, so that with ∂E11/∂L̄ = −Λ/L̄ the strain and its rate are
 
     E11 = ½ (d·d/L̄² − 1),       Ė11 = d·w/L̄² − σ Λ ṡ/L̄.
 
@@ -15,7 +15,7 @@ EĀ L̄ (S − g) Ė11 with S = g + τ g′ Ė11, not below zero; its forces are
 
     f on i = q d = −f on j,  q = EĀ S/L̄,        f on s = σ EĀ (S Λ − e),
 
-so that kinetic energy, U and what is dissipated add up to a constant. For σ = 1 the force on s is N l/L̄ − EĀ e
+so that kinetic energy, U and the dissipated energy add up to a constant. For σ = 1 the force on s is N l/L̄ − EĀ e
 with the axial force N = EĀ S l/L̄: the power of N at the outlet, where stretched cord leaves at l/L̄ ṡ, less
 the energy that unstretched cord takes up in leaving. All is zero where the cable is slack. With
 
@@ -27,7 +27,7 @@ the derivatives are
     ∂(q d)/∂d = q I + EĀ/L̄ d ⊗ S,d              ∂(q d)/∂s = EĀ/L̄ (S,s − σ S/L̄) d
     ∂f_s/∂d = σ EĀ (Λ S,d + (2S − g) d/L̄²)       ∂f_s/∂s = σ EĀ (Λ S,s − σ (2S − g) Λ/L̄)
 
-and the same with S,w and S,ṡ alone by velocity. Where S is held at zero, S,• is zero too.
+and the same with only S,w and S,ṡ by velocity. Where S is held at zero, S,• is zero too.
 """
 
 from __future__ import annotations
@@ -41,10 +41,10 @@ from netdae.forces.cables import along_of, law_of, strain_of
 from netdae.forces.law import Family, Law, Shares, compiled
 
 SHORTEST = 1e-3
-"""Share of L̄₀ below which forces take no rest length: Newton's iteration may try states far beyond a stop."""
+"""Share of L̄₀ below which no rest length enters a force: Newton's iteration may try states far beyond a stop."""
 
 WOUND_IN = 0.8
-"""Share of its rest length to which a reel may wind in a cable before an explicit step is looked at again."""
+"""Share of its rest length to which a reel may wind in a cable before an explicit step is checked again."""
 
 
 class Reeled(NamedTuple):

@@ -1,4 +1,4 @@
-"""The way of a cord through rings: what the rings are, and the lengths between them.
+"""The path of a cord through rings: the rings, and the lengths between them.
 
 Symbols, for a cord through the rings 0 to k − 1 with p segments (p = k − 1 open, p = k closed, where the last segment
 ends at ring 0): d_i, w_i differences of position and velocity along segment i, η size of a ring.
@@ -24,10 +24,10 @@ from netdae.core.errors import InputError
 
 @dataclass(frozen=True)
 class Rings:
-    """What a cord slides through.
+    """The rings that a cord slides through.
 
     size : η, m, the least length of cord from one ring to the next
-    friction : μ, by the capstan rule; creep_speed : v₀, m/s, at which friction has seven tenths of it
+    friction : μ, by the capstan rule; creep_speed : v₀, m/s, at which friction has seven tenths of μ
     fastened : True where the cord's end is tied to its last ring; False where both ends go into the drum
 
     Raises InputError for values out of range.
@@ -68,7 +68,7 @@ class Cord(NamedTuple):
 
 
 class Way(NamedTuple):
-    """A cord's way through its rings at one state.
+    """A cord's path through its rings at one state.
 
     u : (p, 3); h, h_rate : h_i and ḣ_i, (p,); length, rate : l and l̇
     """
@@ -82,7 +82,7 @@ class Way(NamedTuple):
 
 @njit(cache=True)
 def way_through(x: FloatArray, v: FloatArray, p: int, size: float) -> Way:
-    """The way from the rings' x and v, (k + 1, 3), of which the last is the reel's node."""
+    """The path from the rings' x and v, (k + 1, 3); the last of these is the reel's node."""
     k = len(x) - 1
     u, h, h_rate = np.empty((p, 3)), np.empty(p), np.empty(p)
     length = rate = 0.0

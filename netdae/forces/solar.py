@@ -1,21 +1,21 @@
 """Pressure of sunlight on cords and bodies.
 
 Symbols, for a cable from node i to node j: d = xⱼ − xᵢ (3,), L̄ rest length, D diameter; s (3,) the unit vector
-along which the light travels, from the Sun to the net; p its pressure, 4.5e-6 N/m² at 1 AU; C_R what a body takes.
+along which the light travels, from the Sun to the net; p its pressure, 4.5e-6 N/m² at 1 AU; C_R the body's coefficient.
 
-What swallows the light takes the momentum p A s per second, A its area seen from the Sun; what it throws back adds
-to that. With the sideways parts left out (they cancel on a sphere, and on a cord that is lit from its side)
+A body that absorbs the light takes the momentum p A s per second, A its area seen from the Sun; reflected light adds to
+that. With the sideways parts neglected (they cancel on a sphere, and on a cord that is lit from its side)
 
     f = p C_R A s,        on each end of a cable  f = ½ p C_R D (|d × s| + (π/4) (L̄ − l)₊) s,
 
 where `forces.drag` derives the seen length. Of a cylinder lit from its side C_R is 1 for black, 4/3 for a mirror (each
-strip at the angle φ throws the share cos 2φ back, and the mean of 1 + cos 2φ over the width is 4/3) and 1 + π/6 =
+strip at the angle φ reflects the share cos 2φ, and the mean of 1 + cos 2φ over the width is 4/3) and 1 + π/6 =
 1.52 for dull white (Lambert's law: 2/3 of a strip's light along its normal, the mean of cos φ over the width is π/4);
 for a sphere 1, 1 and 13/9. Whole satellites have 1.2 to 1.5 (O. Montenbruck and E. Gill 2000, Satellite Orbits, sec.
-3.4). Cords do not shade each other; the Earth's light and heat are left out.
+3.4). Cords do not shade each other; the Earth's light and heat are neglected.
 
 The frame of an orbit turns (see `forces.orbit`): in it the Sun goes round the z axis backwards, with the mean motion
-n, which is 3.7° in a minute at 600 km. `sun_over_orbit` reports it; three numbers do for short flights.
+n, which is 3.7° in a minute at 600 km. `sun_over_orbit` gives it; three numbers suffice for short flights.
 """
 
 from __future__ import annotations
@@ -90,7 +90,7 @@ class Light:
         return -sun / size if size > 0 else np.zeros(3)
 
     def line(self, begin: float, end: float) -> Line | None:
-        """Of a Sun that stands still: between rows of a table a vector of length one is no line."""
+        """For a Sun that stands still: between rows of a table a unit vector is not linear."""
         sun = line_of(self.sun, begin, end)
         return None if sun is None or sun[1].any() else (self(begin), np.zeros(3))
 
@@ -172,7 +172,7 @@ class SolarPressure:
     pressure : p, N/m²
     coefficient : C_R on the projected area
     cables : cable group
-    diameter : m, as the light sees it; None takes that of a round cord of the material's cross-section
+    diameter : m, as seen by the light; None takes that of a round cord of the material's cross-section
 
     Raises InputError for values that are not above zero.
     """

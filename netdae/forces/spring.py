@@ -1,7 +1,7 @@
 """Linear springs that push and pull, between two nodes or from a node to the ground.
 
 Symbols: d = xⱼ − xᵢ (3,) of a spring from node i to node j, or d = a − x from a node to its anchor a; l = |d|,
-w = ḋ; L rest length, k stiffness, c viscosity of the damper beside it.
+w = ḋ; L rest length, k stiffness, c viscosity of the damper in parallel.
 
 The energy ½ k (l − L)² pulls the node i, or the one on the ground, with
 
@@ -11,8 +11,8 @@ and j with −f: a spring between nodes keeps both momenta. With n = d/l the der
 
     ∂f/∂d = k (I − L/l (I − n nᵀ)) + c (n wᵀ + (n·w) (I − 2 n nᵀ))/l,        ∂f/∂w = c n nᵀ.
 
-A spring to the ground without rest length, as one that holds a node softly to its place, has no direction at its
-anchor. Its damper acts along all axes instead, f = k d + c w, which its ground can answer. Where a spring with rest
+A spring to the ground without rest length, such as one that holds a node softly in place, has no direction at its
+anchor. Its damper acts along all axes instead, f = k d + c w, which the ground can take up. Where a spring with rest
 length has l = 0, its direction is not known and it does not act.
 """
 
@@ -188,11 +188,11 @@ class Spring:
     stiffness : k, N/m, in tension and in compression
     to : node group of the one node at the other end; None for the ground
     anchor : place on the ground, three numbers in m; None for that of each node at `x`
-    viscosity : c of the damper beside the spring, N s/m
+    viscosity : c of the damper in parallel with the spring, N s/m
     rest_length : m; None for the distance at `x`
-    x : positions (n, 3), m, of nodes and more at which None is taken; by default those of the mesh
+    x : positions (n, 3), m, of nodes and more that None refers to; by default those of the mesh
 
-    Raises InputError for values out of range, and for an anchor beside `to`.
+    Raises InputError for values out of range, and for an anchor together with `to`.
     """
 
     group: str
@@ -218,7 +218,7 @@ class Spring:
                 raise InputError(f"spring: anchor is {anchor.tolist()}: give three finite numbers")
 
     def on(self, net: CableNet, cords: Cords, mass: FloatArray) -> Force:
-        """Bound to the group's nodes; raises InputError for unknown groups, and for a spring that has no two ends."""
+        """Bound to the group's nodes; raises InputError for unknown groups, and for a spring without two ends."""
         nodes, x = net.nodes_of(self.group), net.nodes if self.x is None else self.x
         if not len(nodes):
             raise InputError(f"spring: the group {self.group!r} has no nodes: name another one")

@@ -1,10 +1,10 @@
-"""The table of forces: one row a force, over which every method loops.
+"""The table of forces: one row per force, over which every method loops.
 
-A row is the address of a force's `Elements` and those of its functions of C, of one signature each, see `loops`. Laws
-have them compiled; a force written in Python has callbacks in the same places, see `python`.
+A row is the address of a force's `Elements` and those of its C functions, of one signature each, see `loops`. Laws have
+compiled functions; a force written in Python has callbacks in their place, see `python`.
 
 Arrays are flat over the net, node i at 3i. Signals are start + slope (t − since) within a part of a phase; those that
-are no lines are evaluated in Python.
+are not linear are evaluated in Python.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ from netdae.forces.python import PythonRow
 from netdae.model.signals import line_of
 
 COMPILED: dict[str, Any] = {"cache": True, **OPTIONS}
-INLINED: dict[str, Any] = {**COMPILED, "forceinline": True}  # else rows count references at each step
+INLINED: dict[str, Any] = {**COMPILED, "forceinline": True}  # else rows are reference-counted at each step
 
 COLUMNS = ("add", "rates", "tangents", "sift", "rests", "rate", "powers")
-"""Functions of C of a row."""
+"""C functions of a row."""
 
 
 ENDED = 2
-"""What `rests` reports of a rest length that no flight survives."""
+"""What `rests` returns for a rest length with which no flight can continue."""
 
 
 class Rows(NamedTuple):
@@ -53,8 +53,8 @@ class Rows(NamedTuple):
     signal: Wholes  # where its value goes
     start: Reals2  # (r, 3)
     slope: Reals2  # (r, 3), 1/s
-    clock: Reals  # (2,), s: since when signals are lines, and the time now
-    curved: Wholes  # (2,), function of C that puts signals that are no lines in their place, and whether Python failed
+    clock: Reals  # (2,), s: since when signals are linear, and the current time
+    curved: Wholes  # (2,), C function that evaluates signals that are not linear, and whether Python failed
 
 
 @njit(**INLINED)
@@ -82,9 +82,9 @@ def add_forces(
     given: int,
     sums: FloatArray,
 ) -> None:
-    """Add all forces to f (3n,), and to sums what is watched and what comes from outside, see `loops`.
+    """Add all forces to f (3n,), and to sums the monitored quantities and external powers and forces, see `loops`.
 
-    ahead : velocities (3n,) for those rows that ask for it, else v
+    ahead : velocities (3n,) for the rows that require it, else v
     taken, given : addresses of arrays (3n,) that gain the dissipative and the external shares, or 0
     """
     places = f.ctypes.data, taken, given, sums.ctypes.data
@@ -95,7 +95,7 @@ def add_forces(
 
 @njit(**COMPILED)
 def add_rates(rows: Rows, x: FloatArray, v: FloatArray, sums: FloatArray, wants_energy: int) -> None:
-    """Add powers, forces from outside and what is watched to sums, see `loops`; stored energy if it is wanted, 1."""
+    """Add powers, external forces and monitored quantities to sums, see `loops`; stored energy if wants_energy is 1."""
     for r in range(len(rows.elements)):
         call(
             rows.rates[r],
@@ -113,7 +113,7 @@ def find_tangents(rows: Rows, x: FloatArray, v: FloatArray) -> None:
 
 @njit(**COMPILED)
 def sift(rows: Rows, x: FloatArray, margin: float) -> None:
-    """Leave out elements that cannot act until two nodes have moved by `margin` in m against each other."""
+    """Leave out elements that cannot act until two nodes have moved by `margin` in m relative to each other."""
     for r in range(len(rows.elements)):
         if rows.sift[r] != 0:
             call(rows.sift[r], (rows.elements[r], x.ctypes.data, margin))
@@ -121,7 +121,7 @@ def sift(rows: Rows, x: FloatArray, margin: float) -> None:
 
 @njit(**COMPILED)
 def rests(rows: Rows, x: FloatArray) -> int:
-    """1 where a rest length has fallen below its `least`, 2 where no flight survives one, else 0."""
+    """1 where a rest length has fallen below its `least`, 2 where no flight can continue with one, else 0."""
     worst = 0
     for r in range(len(rows.elements)):
         if rows.rests[r] != 0:
@@ -155,9 +155,9 @@ _Ask = c.CFUNCTYPE(c.c_int, c.c_double)
 class Table:
     """Forces on a net as rows; compiled code finds the `Rows` at `address`.
 
-    held : further things that Python puts in their place at a time, called as held(t)
+    held : sets further values that depend on time from Python, called as held(t)
     watch_lengths : whether rest lengths on reels are compared with those of `watch`
-    error : the first that was raised in a force or signal written in Python; what it was asked for is not a number then
+    error : the first that was raised in a force or signal written in Python; its result is then not-a-number
     """
 
     def __init__(
@@ -211,7 +211,7 @@ class Table:
         )
 
     def prepare(self, *columns: str) -> Table:
-        """Have the functions of some columns compiled, or found on disk, and put them into the rows."""
+        """Compile the functions of some columns, or load them from disk, and put them into the rows."""
         for column in columns:
             if column in self._prepared:
                 continue
@@ -222,7 +222,7 @@ class Table:
         return self
 
     def go_on(self, begin: float, end: float, clip: Callable[[float], float]) -> None:
-        """Signals from `begin` to `end`, in a part of a phase in which those that are lines are linear.
+        """Set signals for the time from `begin` to `end`, a part of a phase over which tables are linear.
 
         clip : the nearest time inside the part, at which Python is called
         """
@@ -241,7 +241,7 @@ class Table:
         self.rows.curved[0] = (c.cast(self._ask, c.c_void_p).value or 0) if asks else 0
 
     def watch(self, lengths: FloatArray) -> None:
-        """Let `rests` report of rest lengths on reels that fall below these, m, in the order of `rest_lengths`."""
+        """Let `rests` report rest lengths on reels that fall below these, m, in the order of `rest_lengths`."""
         at = 0
         for record in self.elements:
             least = record.values.least
@@ -253,7 +253,7 @@ class Table:
         return self._clip(float(self.rows.clock[1]))
 
     def check(self) -> None:
-        """Raise what a force written in Python has raised."""
+        """Re-raise the error of a force written in Python."""
         if self.error is not None:
             error, self.error, self.rows.curved[1] = self.error, None, 0
             raise error
@@ -297,7 +297,7 @@ class Table:
         return f
 
     def sums(self, t: float, x: FloatArray, v: FloatArray) -> FloatArray:
-        """Stored energy, powers and wrench from outside of all forces at t, (11,), see `loops`."""
+        """Stored energy, powers and external wrench of all forces at t, (11,), see `loops`."""
         self.prepare("rates").at(t)
         sums = np.zeros(SUMS)
         add_rates(self.rows, _flat(x), _flat(v), sums, 1)
@@ -305,12 +305,12 @@ class Table:
         return sums
 
     def check_rests(self, t: float, x: FloatArray) -> None:
-        """Raise RunError where a rest length on a reel has ended."""
+        """Raise RunError where a rest length on a reel is used up."""
         if self.prepare("rests").rows.rests.any() and rests(self.rows, _flat(x)) == ENDED:
             self.rest_lengths(t, x)
 
     def rest_lengths(self, t: float, x: FloatArray) -> FloatArray:
-        """Rest lengths now of all that reels wind in, one behind the other, m; raises RunError where one has ended."""
+        """Current rest lengths of all that reels wind in, concatenated, m; raises RunError where one is used up."""
         self.prepare("rests")
         flat, found = _flat(x), [np.zeros(0)]
         for r, (force, record) in enumerate(zip(self.forces, self.elements, strict=True)):

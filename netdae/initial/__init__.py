@@ -1,1 +1,1 @@
-"""Starts of a flight: scaled, folded into a canister, ejected."""
+"""Initial states of a flight: scaled, folded into a canister, ejected."""

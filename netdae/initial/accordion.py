@@ -11,17 +11,17 @@ middles of two neighbouring panels are w + h + 4u apart along the layer: P ± 2(
 
     P = w + h + 2H,      middles  s_j = w/2 + jP − (−1)^j (H − 2c).
 
-Forward and backward folds so even out, and no layer creeps away from the others. A layer of given c is mapped
-without change of length, and no two points of the band come together: panel j lies between the heights j(H + h)
+So forward and backward folds even out, and no layer creeps away from the others. A layer of given c is mapped
+without change of length, and no two points of the band coincide: panel j lies between the heights j(H + h)
 and j(H + h) + H, and the turns are nested in each other. With H = 0 this is the fold of a single sheet.
 
 Each panel also rises by a tenth of the gap along s (`TILT`): knots of one row have an order in height, which lets
 the pack open along straight lines without two of them meeting (see `initial.opening`).
 
 **No cable is lengthened.** Along a layer the map is an isometry but for the tilt. A cable across a fold of the first
-direction changes its layer by h, and its place along y by up to 2h at a turn of the band. The net is drawn
-together by a factor q just below 1, found by iteration, until the ends of each cable, and those of the one that is
-shortest against its drawn length first of all, are no farther apart than (1 − slack) L̄.
+direction changes its layer by h, and its place along y by up to 2h at a turn of the band. The net is drawn together by
+a factor q just below 1, found by iteration, until the ends of each cable, above all of the one that is shortest
+relative to its drawn length, are no farther apart than (1 − slack) L̄.
 """
 
 from __future__ import annotations
@@ -52,10 +52,10 @@ TILT = 0.1
 """Rise of a panel from one end to the other, in gaps."""
 
 WIDEST_GAP = 0.1
-"""Largest gap that is chosen without being asked for, as a share of the shortest cable."""
+"""Largest gap chosen by default, as a share of the shortest cable."""
 
 MOST_FOLDS = 1000
-"""Most folds in one direction: more are a slip of the finger."""
+"""Most folds in one direction: more are a typing error."""
 
 
 def accordion(
@@ -71,16 +71,16 @@ def accordion(
     rotation_deg: ArrayLike = (0.0, 0.0, 0.0),
     velocity: ArrayLike = (0.0, 0.0, 0.0),
 ) -> tuple[CableNet, State]:
-    """The flat net folded to and fro into a canister, turned, moving as a whole; turned net and start.
+    """The flat net folded to and fro into a canister, rotated, moving as a whole; rotated net and initial state.
 
     folds : (2,), folds along the first and the second axis of the net's plane, x and y of a generated net;
         0 leaves a direction open; with an odd number both borders come to lie on one side of the pack
     pitch : (2,), m, the largest distance between folds along the open net instead; inf leaves a direction open
     gap : m, between layers; by default what the canister's depth leaves, a tenth of the shortest cable at most
     cord_diameter : m, the least gap that the cord allows
-    slack : least share of its rest length that each cable hangs slack by
+    slack : least slack of each cable, as a share of its rest length
     coincide : whether knots may share a place, for instance with gap = 0
-    rotation_deg, velocity : as in `initial.scaled.scaled`; x̄ is turned too
+    rotation_deg, velocity : as in `initial.scaled.scaled`; x̄ is rotated too
 
     Raises InputError where the pack does not fit, with the smallest size that does, and where a cable would be taut.
     """
@@ -134,7 +134,7 @@ def meander(
 
 
 def _folded(flat: FloatArray, size: FloatArray, panels: tuple[int, int], h: float, shape: str) -> FloatArray:
-    """Pack (n, 3) of plane coordinates (n, 2) that begin at zero, folded along the first, then the second."""
+    """Pack (n, 3) of plane coordinates (n, 2) that start at zero, folded along the first, then the second."""
     pack = np.empty((len(flat), 3))
     height, H = np.zeros(len(flat)), 0.0
     for axis, (n, name) in enumerate(zip(panels, ("first", "second"), strict=True)):
@@ -168,7 +168,7 @@ def _panels_of(
             assert pitch is not None
             if not pitch[axis] > 0:
                 raise InputError(f"accordion: pitch is {[*pitch]} m: give two lengths above zero")
-            # a pitch that divides the net is not to leave a sliver by round-off
+            # a pitch that divides the net must not leave a sliver by round-off
             exact = float(size[axis]) / pitch[axis] - 1e-9
             count = math.ceil(min(exact, 2.0 * MOST_FOLDS)) - 1 if exact > 1 else 0
         if not 0 <= count <= MOST_FOLDS:

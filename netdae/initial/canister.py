@@ -21,10 +21,10 @@ from netdae.core.errors import InputError
 from netdae.model.net import CableNet
 
 SLACK = 0.01
-"""Least share of its rest length that each cable of a folded pack hangs slack by."""
+"""Least slack of each cable of a folded pack, as a share of its rest length."""
 
 FLAT = 1e-6
-"""A net is flat if its nodes stand off its plane by at most this share of its width."""
+"""A net is flat if its nodes deviate from its plane by at most this share of its width."""
 
 TOGETHER = 1e-9
 """Knots nearer to each other than this share of the open net's width share a place."""
@@ -65,7 +65,7 @@ class Canister:
         return f"{kind} canister {self.width:.6g} m wide and {self.depth:.6g} m deep"
 
     def width_for(self, pack: FloatArray) -> float:
-        """Smallest diameter or side, m, that holds points (n, 2) when they stand in its middle."""
+        """Smallest diameter or side, m, that holds points (n, 2) when they are centred in it."""
         middle = (pack.min(axis=0) + pack.max(axis=0)) / 2
         if self.diameter is None:
             return float(np.ptp(pack, axis=0).max())
@@ -162,13 +162,13 @@ def check_pack(net: CableNet, x: FloatArray, *, shape: str, coincide: bool = Fal
 
 
 def check_slack_share(slack: float) -> float:
-    """`slack`, or InputError where it is no share of a length."""
+    """`slack`, or InputError where it is not a share of a length."""
     if not 0 < slack < 0.5:
         raise InputError(f"slack is {slack:g}: give a share above 0 and below 0.5, for instance {SLACK:g}")
     return slack
 
 
 def rounded_up(value: float) -> str:
-    """Four digits, rounded up: a size of this length is enough."""
+    """Four digits, rounded up, so that a size of this value suffices."""
     digits = 3 - math.floor(math.log10(value))
     return f"{math.ceil(round(value * 10.0**digits, 6)) / 10.0**digits:.{max(digits, 0)}f}"

@@ -11,7 +11,7 @@ mass Σ m that hangs on them, moves with
 
 however the net opens. m_b is all that is lumped at the bullet's node, its half cables too. With a velocity V of the
 whole net n·V is added. A bullet that is held until its time takes its velocity when it is let go; the formula then
-supposes that no cable pulled at the canister through it before, whose reaction is an impulse from outside.
+assumes that no cable pulled on the canister through it before: the reaction would be an external impulse.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ class Spread:
 
     speed : m/s; angle_deg, azimuth_deg : degrees
     time : s, of the release; a release is never early: absolute values of the draws are taken
-    seed : of the draws; each of the four has a stream of its own, so that one does not shift the others
-    member : of an ensemble in which each draws its own, from seed and member alone; 0 draws what the seed alone gives
+    seed : of the draws; each of the four has its own stream, so that one does not shift the others
+    member : index in an ensemble; each draws from seed and member alone, and 0 draws what the seed alone gives
     """
 
     speed: float = 0.0
@@ -80,14 +80,14 @@ class Ejection:
     """Nodes of a group that are shot along an axis, each turned outward by the half-angle.
 
     group : node group of the bullets
-    speed : m/s, beside the velocity that the nodes have already
-    half_angle_deg : degrees, from the axis towards where the node stands off the group's own middle
+    speed : m/s, added to the velocity that the nodes have already
+    half_angle_deg : degrees, from the axis, away from the group's own middle
     axis : (3,), direction in space
     speed_errors : m/s, added to the speed, one per bullet in the order of the group's nodes
     angle_errors_deg : degrees, added to the half-angle; azimuth_errors_deg : turn about the axis, right-handed
-    release_times : s after the begin of the flight, at which a bullet leaves; until then it is held
-    spread : errors that are drawn beside those that are listed
-    outward : whether outward is seen in the places of the start, or in the open net x̄: a folded pack may have
+    release_times : s after the start of the flight, at which a bullet leaves; until then it is held
+    spread : random errors in addition to the listed ones
+    outward : whether outward is measured at the initial positions, or in the open net x̄: a folded pack may have
         all its corners on one side
     """
 
@@ -108,8 +108,8 @@ class Launch:
     """Bullets that leave the canister.
 
     nodes : (k,), rising
-    velocities : (k, 3), m/s, of each at its release, with all that it has already
-    times : (k,), s after the begin of the flight
+    velocities : (k, 3), m/s, of each at its release, including what it has already
+    times : (k,), s after the start of the flight
     """
 
     nodes: IntArray
@@ -137,8 +137,8 @@ class Launch:
 def launch_of(net: CableNet, start: State, ejection: Ejection) -> Launch:
     """Bullets of one ejection from `start`.
 
-    Raises InputError where the axis is zero, a node stands on it and so has no outward direction, an angle leaves
-    0 to 180°, a speed is negative, or a list has not one number per bullet.
+    Raises InputError where the axis is zero, a node lies on it and so has no outward direction, an angle is
+    outside 0 to 180°, a speed is negative, or a list does not have one number per bullet.
     """
     group = ejection.group
     n = _axis_of(ejection)
@@ -213,8 +213,8 @@ def _outward(
 def fired(net: CableNet, start: State, ejections: Sequence[Ejection]) -> tuple[State, Launch]:
     """`start` with the bullets that leave at once in motion, and the launch of all of them.
 
-    A bullet of several ejections gets the sum of their velocities, and must have one time. Those with a later time
-    keep the velocity of `start`, with the canister that holds them.
+    A bullet of several ejections gets the sum of their velocities, and must have one release time. Those with a later
+    time keep the velocity of `start`, with the canister that holds them.
     """
     v, times = start.v.copy(), np.full(net.node_count, -1.0)
     for ejection in ejections:
@@ -237,7 +237,7 @@ def fired(net: CableNet, start: State, ejections: Sequence[Ejection]) -> tuple[S
 
 
 def check_bullets(net: CableNet, ejection: Ejection, added_mass: ArrayLike) -> None:
-    """Raise InputError where a bullet has no mass of its own in `added_mass` (n,), kg beside its cables."""
+    """Raise InputError where a bullet has no mass of its own in `added_mass` (n,), kg besides its cables."""
     nodes = net.nodes_of(ejection.group)
     bare = np.flatnonzero(np.asarray(added_mass)[nodes] <= 0)
     if len(bare):

@@ -12,11 +12,11 @@ Two cables that are straight between their knots meet where
 
     V(s) = (b − a) · ((c − a) × (d − a)) = 0,
 
-a cubic of which every change of sign between `SAMPLES` times is found by bisection, and counted where the two lines
-cross inside of both cables. A pack without such a crossing can be opened without one. A pack with crossings
-may still find another way (layers that are peeled off one after another), so they are a warning, no error; and
-cables that only touch, or stay in one plane, as those of a net that is drawn together flat, do not count.
-Of a net of more than `MOST_CABLES` cables as many, evenly chosen, are tested.
+a cubic. Every change of sign between `SAMPLES` times is found by bisection, and counted where the two lines cross
+inside both cables. A pack without such a crossing can be opened without one. A pack with crossings may still open
+another way (layers peeled off one after another), so they are a warning, not an error; and cables that only touch, or
+stay in one plane, as in a net that is drawn together flat, do not count. In a net of more than `MOST_CABLES` cables,
+only that many, evenly chosen, are tested.
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ from netdae.model.net import CableNet
 from netdae.model.state import State
 
 SAMPLES = 33
-"""Times at which V is looked at; the last of them is `LAST`."""
+"""Times at which V is evaluated; the last of them is `LAST`."""
 
 LAST = 0.97
-"""Way on which crossings are looked for: at the end all cables of a flat net lie in one plane."""
+"""Part of the way that is searched for crossings: at the end all cables of a flat net lie in one plane."""
 
 MOST_CABLES = 1500
 """Most cables that are tested, each against each."""
@@ -64,7 +64,7 @@ def crossings_of(net: CableNet, start: State) -> Crossings:
 
 
 def opening_finding(net: CableNet, start: State) -> str:
-    """That a pack would pass through itself while it opens, in words; empty where it need not."""
+    """Message that a pack would pass through itself while it opens; empty where it need not."""
     found = crossings_of(net, start)
     if not found.pairs:
         return ""
@@ -127,7 +127,7 @@ def _way_of_crossing(x: FloatArray, y: FloatArray, dx: FloatArray, dy: FloatArra
     c1 = _triple(du, v, w) + _triple(u, dv, w) + _triple(u, v, dw)
     c2 = _triple(u, dv, dw) + _triple(du, v, dw) + _triple(du, dv, w)
     c3 = _triple(du, dv, dw)
-    # round-off of cables that stay in one plane
+    # round-off of coplanar cables
     size = np.sqrt(_squares(u, du) * _squares(v, dv) * _squares(w, dw))
     if max(abs(c0), abs(c1), abs(c2), abs(c3)) <= 1e-12 * size:
         return 2.0
@@ -158,7 +158,7 @@ def _way_of_crossing(x: FloatArray, y: FloatArray, dx: FloatArray, dy: FloatArra
 
 @njit(cache=True)
 def _crossings(ends: FloatArray, cables: IntArray) -> tuple[int, int, int, float]:
-    """Number of crossing pairs, the earliest of them and its way, of ends and their moves (2, m, 2, 3)."""
+    """Number of crossing pairs, the earliest of them and its share of the way, of ends and their moves (2, m, 2, 3)."""
     count, first, second, earliest = 0, -1, -1, 2.0
     for e in range(len(cables)):
         i, j = cables[e, 0], cables[e, 1]

@@ -1,6 +1,6 @@
 """The star fold: corners out, sides in, like a closed umbrella with its ribs pleated.
 
-Symbols: r, ψ distance and azimuth of a point of the open net about the axis, which stands on the middle of its k
+Symbols: r, ψ distance and azimuth of a point of the open net about the axis, which passes through the middle of its k
 corners; ρ, z distance from the axis and height in the pack; aᵢ, ψᵢ distance and azimuth of the foot of the
 perpendicular on side i; a the smallest aᵢ; γ the angle from a foot to the next corner; lengths in m.
 
@@ -10,7 +10,7 @@ out, as the corner does. Rings of the net, the lines on which
 
     τ = r cos(ψ − ψᵢ)/aᵢ
 
-is the same, from 0 in the middle to 1 at the border, so become pleated rings: with f the zig-zag from 0 to 1 over
+is the same, from 0 in the middle to 1 at the border, thus become pleated rings: with f the zig-zag from 0 to 1 over
 one wedge, 0 at a foot and 1 at a corner,
 
     ρ = U(τ) − A(τ) (1 − f(ψ)),     U = min(R, u a τ),     A = A₁ τ,     z = H τ,
@@ -27,7 +27,7 @@ The map stretches no line by more than the root of the sum of the three squares,
     A₁ = min(γ aᵢ) / n · (√(1 − u² − (H/a)²) − u)
 
 brings no two points farther apart. Lengths of the open net, a and aᵢ, are drawn together beforehand by 1 − slack,
-and for a net whose cables are shorter than drawn until they are not: so the ends of every cable are within
+and, for a net whose cables are shorter than drawn, until they fit: so the ends of every cable are within
 (1 − slack) L̄ of each other. u is R/a, at least 0.2 (below it the pleats of the inner rings crowd at the axis) and at
 most 0.55; H is the depth of the canister, at most a/2.
 
@@ -35,8 +35,8 @@ most 0.55; H is the depth of the canister, at most a/2.
 that at which n pleats of a cord's diameter d stand side by side in each half side, n d/γ. More pleats are narrower
 (A₁ ~ 1/n) but need more room inside (R₀ ~ n): the best n is where the two are even.
 
-(ψ, z) report a point of the net apart from all others, so no two knots meet; nor do they on the straight lines on which
-the pack opens, since ψ stays and of two points of one ray the outer one is always higher.
+(ψ, z) distinguish each point of the net from all others, so no two knots meet; nor do they on the straight lines on
+which the pack opens, since ψ stays and of two points of one ray the outer one is always higher.
 
 A star of radial arms, which are then folded or coiled themselves, is the promising pattern of the study Space Webs
 (G. Tibert and M. Gärdsback, ESA Advanced Concepts Team, Ariadna 05/4109); here the pleats of the rings do both.
@@ -81,15 +81,15 @@ def star(
     rotation_deg: ArrayLike = (0.0, 0.0, 0.0),
     velocity: ArrayLike = (0.0, 0.0, 0.0),
 ) -> tuple[CableNet, State]:
-    """The flat net in a star, corners out and sides in, turned, moving as a whole; turned net and start.
+    """The flat net in a star, corners out and sides in, rotated, moving as a whole; rotated net and initial state.
 
     canister : a square one is filled up to the circle inside it
     pleats : wedges from the middle of a side to a corner, an odd number; 1 is the plain star, by default the
         fewest that fit
     corners : node group of the corners of the net, which is the convex polygon between them
     cord_diameter : m, the least room of a pleat at the inner radius
-    slack : least share of its rest length that each cable hangs slack by
-    rotation_deg, velocity : as in `initial.scaled.scaled`; x̄ is turned too
+    slack : least slack of each cable, as a share of its rest length
+    rotation_deg, velocity : as in `initial.scaled.scaled`; x̄ is rotated too
 
     Raises InputError where the pack does not fit, with the smallest size that does, or the net has no such corners.
     """
@@ -142,7 +142,7 @@ class _Room:
         return self.reach / n * (math.sqrt(1 - u**2 - (self.height / self.a) ** 2) - u)
 
     def lacking(self, n: int, R: float) -> float:
-        """A₁ + R₀ − R: what the radius is too small by; falls with R."""
+        """A₁ + R₀ − R: by how much the radius is too small; falls with R."""
         return self.amplitude(n, R) + max(INNER * R, n * self.cord / self.angle) - R
 
     def smallest(self, n: int) -> float:
@@ -156,7 +156,7 @@ class _Room:
         return high
 
     def fewest(self, canister: Canister) -> int:
-        """The smallest odd n that fits; raises InputError with the smallest canister there is."""
+        """The smallest odd n that fits; raises InputError with the smallest possible canister."""
         R = canister.width / 2
         sizes = {}
         for n in range(1, MOST_PLEATS + 1, 2):
@@ -171,7 +171,7 @@ class _Room:
         )
 
     def checked(self, pleats: int, canister: Canister) -> int:
-        """`pleats`, or InputError where they are no odd number or do not fit."""
+        """`pleats`, or InputError where they are not an odd number or do not fit."""
         whole = not isinstance(pleats, bool) and pleats == int(pleats)
         if not (whole and 1 <= pleats <= MOST_PLEATS and pleats % 2 == 1):
             raise InputError(f"star: pleats is {pleats}: give an odd whole number from 1 to {MOST_PLEATS}")

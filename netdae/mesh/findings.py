@@ -1,4 +1,4 @@
-"""What the author of a mesh should know of it, and how two nets differ, in words."""
+"""What the author of a mesh should know about it, and how two nets differ, in words."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class FileNumbers(NamedTuple):
 
 
 def many(count: int, noun: str) -> str:
-    """Count and noun, in the plural where it is due."""
+    """Count and noun, in the plural where needed."""
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
@@ -75,7 +75,7 @@ def report_unused(used: BoolArray, node_groups: Mapping[str, BoolArray], finding
 
 
 def report_coincident(nodes: FloatArray, findings: list[str], node_name: Callable[[int], str]) -> None:
-    """Report nodes at the place of another; `node_name` says what the file calls the k-th of them."""
+    """Report nodes that coincide with another; `node_name` returns the file's name of the k-th of them."""
     low = nodes.min(axis=0)
     # far below the spacing of any net, far above the digits that files keep
     near = max(1e-9 * float(np.linalg.norm(nodes.max(axis=0) - low)), np.finfo(np.float64).tiny)
@@ -93,7 +93,7 @@ def report_coincident(nodes: FloatArray, findings: list[str], node_name: Callabl
 
 
 def difference_of(net: CableNet, other: CableNet) -> str:
-    """What of `other` is not as in `net`, in words; empty when all is."""
+    """How `other` differs from `net`, in words; empty when it does not."""
     loose = np.setdiff1d(np.arange(net.node_count), net.cables)
     if len(loose):
         return f"no node {loose[0]}, which has no cable"

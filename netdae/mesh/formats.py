@@ -1,6 +1,6 @@
 """Formats of mesh files: what each holds as a RawMesh, and a net written in each.
 
-The ending of a file reports its format, see `netdae.mesh.io.SUFFIXES`.
+The suffix of a file determines its format, see `netdae.mesh.io.SUFFIXES`.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ from netdae.mesh.raw import RawMesh, chain_of
 from netdae.mesh.vtk_lines import read_polylines
 from netdae.model.net import CableNet
 
-# what meshio says of .vtu files that it reads in part or not at all, though they are whole
+# messages of meshio about intact .vtu files that it reads in part or not at all
 _LEFT_TO_VTK = re.compile("meshio cannot handle|Unknown VTU file version")
 
-# no number in an .inp reports how long it is; lines with two stars are comments
+# no number in an .inp states how long it is; lines with two stars are comments
 _INP_END = "** end of the net"
 _INP_HEAD = f"** whole if the last line is: {_INP_END}"
 
@@ -46,7 +46,7 @@ def first_line(error: BaseException) -> str:
 
 @contextlib.contextmanager
 def _quiet() -> Iterator[io.StringIO]:
-    """Catch what meshio prints and warns of."""
+    """Capture the output and warnings of meshio."""
     said = io.StringIO()
     with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said), warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -66,14 +66,14 @@ def raw_mesh_of(file: Path) -> RawMesh:
             return raw
     except InputError:
         raise
-    except (Exception, SystemExit) as error:  # meshio raises anything on a file that is not whole
+    except (Exception, SystemExit) as error:  # meshio raises anything on a damaged file
         if isinstance(error, PermissionError):
             raise MeshError("the file cannot be read: permission denied") from error
         if isinstance(error, FileNotFoundError):
             raise MeshError(
                 "a file that it names, with the data, is missing: put it beside this one"
             ) from error
-        # what other libraries say of their own arrays helps nobody; a ReadError is of the file
+        # messages of other libraries about their own arrays do not help; a ReadError is about the file
         reason = (
             first_line(error) if isinstance(error, meshio.ReadError | ET.ParseError) and str(error) else ""
         )
@@ -104,7 +104,7 @@ def _raw_of_msh(file: Path) -> RawMesh:
     data = file.read_bytes()
     groups = physical_groups_of(data)
     numbers = _lazily(lambda: numbers_of_msh(data))
-    with tempfile.TemporaryDirectory() as folder:  # meshio reads MSH from a true file only
+    with tempfile.TemporaryDirectory() as folder:  # meshio reads MSH from a real file only
         rest = Path(folder) / "rest.msh"
         rest.write_bytes(groups.rest)
         with _checking(numbers):
@@ -131,7 +131,7 @@ def _raw_of_inp(file: Path) -> RawMesh:
 
 
 def _lazily(numbers: Callable[[], FileNumbers]) -> Callable[[], FileNumbers]:
-    """`numbers`, read for the first message that wants them; none where they cannot be read."""
+    """`numbers`, read for the first message that needs them; none where they cannot be read."""
 
     @functools.cache
     def found() -> FileNumbers:
@@ -145,7 +145,7 @@ def _lazily(numbers: Callable[[], FileNumbers]) -> Callable[[], FileNumbers]:
 
 @contextlib.contextmanager
 def _checking(numbers: Callable[[], FileNumbers]) -> Iterator[None]:
-    """Tell of an element whose node is not there where a reader stumbles over it."""
+    """Report an element whose node is missing where a reader fails on it."""
     try:
         yield
     except Exception:
@@ -251,12 +251,12 @@ def _write_vtu(path: Path, net: CableNet, numbers: Mapping[str, FloatArray]) -> 
 
 
 def _write_vtk(path: Path, net: CableNet, numbers: Mapping[str, FloatArray]) -> None:
-    # the one integer whose name meshio writes as VTK reads it
+    # the only integer type whose name meshio writes as VTK reads it
     meshio.vtk.write(path, _as_data(net, numbers, np.int64))
 
 
 def _write_xdmf(path: Path, net: CableNet, numbers: Mapping[str, FloatArray]) -> None:
-    # all in one file: an .h5 beside it would go by the temporary name
+    # all in one file: an .h5 beside it would keep the temporary name
     meshio.xdmf.write(path, _as_data(net, numbers, np.int32), data_format="XML")
 
 
@@ -283,6 +283,6 @@ _WRITERS: dict[str, Callable[[Path, CableNet, Mapping[str, FloatArray]], None]] 
 
 
 def write_mesh(path: Path, net: CableNet, numbers: Mapping[str, FloatArray]) -> None:
-    """Write a net with its groups and the given numbers of its cables; raises anything where it does not fit."""
+    """Write a net with its groups and the given numbers of its cables; raises any exception where it does not fit."""
     with _quiet():
         _WRITERS[path.suffix.lower()](path, net, numbers)

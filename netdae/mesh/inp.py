@@ -1,7 +1,7 @@
 """Element sets of Abaqus .inp files.
 
-meshio gives the set named in the k-th *ELEMENT line that names one to the k-th block, and forgets a former
-*NODE, *NSET or *ELSET of the same name. The first is mended here, the second refused.
+meshio assigns the set of the k-th *ELEMENT line that names one to the k-th block, and drops an earlier
+*NODE, *NSET or *ELSET of the same name. The first is corrected here, the second is rejected.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def element_sets_of(keywords: Keywords, sizes: Sequence[int], sets: Mapping[str,
 
 
 def numbers_of(text: str) -> FileNumbers:
-    """Numbers of the nodes and elements; raises ValueError where they are none."""
+    """Numbers of the nodes and elements; raises ValueError where they are not numbers."""
     nodes: list[int] = []
     elements: list[tuple[int, list[int]]] = []
     section, pending = "", []
@@ -52,7 +52,7 @@ def numbers_of(text: str) -> FileNumbers:
             nodes.append(int(line.split(",")[0]))
         elif section == "ELEMENT" and line.strip():
             pending += [int(field) for field in line.split(",") if field.strip()]
-            if not line.rstrip().endswith(","):  # else the element goes on in the next line
+            if not line.rstrip().endswith(","):  # else the element continues in the next line
                 elements.append((pending[0], pending[1:]))
                 pending = []
     return FileNumbers(nodes, elements)

@@ -25,7 +25,7 @@ from netdae.model.net import CableNet
 log = logging.getLogger(__name__)
 
 SUFFIXES = (".vtu", ".vtk", ".msh", ".xdmf", ".inp")
-"""Endings of the files that are read and written."""
+"""Suffixes of the files that are read and written."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +47,7 @@ def read_net(path: str | os.PathLike[str], *, surface_edges: bool = False) -> Ca
 
     Lines are cables; poly lines and quadratic lines are split at their nodes. With `surface_edges` the edges
     of surface cells are cables as well, in the groups border and inner.
-    Raises MeshError, one line with the file's name, for a file that is no net.
+    Raises MeshError, one line with the file's name, for a file that is not a net.
     """
     found = describe(path, surface_edges=surface_edges)
     for finding in found.findings:
@@ -68,9 +68,9 @@ def describe(path: str | os.PathLike[str], *, surface_edges: bool = False) -> De
 
 
 def write_net(net: CableNet, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
-    """Write a net with its groups and data; the format goes by the ending.
+    """Write a net with its groups and data; the suffix determines the format.
 
-    Its folder is made. The file gets its name only when reading it back has given the same net.
+    Its folder is created. The file gets its name only when reading it back has given the same net.
     Raises MeshError for a file that exists, unless `overwrite`, and for a net that the format cannot hold.
     """
     file = Path(path)
@@ -100,7 +100,7 @@ def write_net(net: CableNet, path: str | os.PathLike[str], *, overwrite: bool = 
         reason = first_line(error).removeprefix(f"{temporary}: ")
         raise MeshError(f"{path}: a {suffix} file cannot hold this net: {reason}") from error
     finally:
-        with contextlib.suppress(OSError):  # it is not there, or nothing may be changed in this folder
+        with contextlib.suppress(OSError):  # it does not exist, or this folder is read-only
             temporary.unlink()
 
 

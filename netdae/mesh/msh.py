@@ -42,7 +42,7 @@ class PhysicalGroups:
     def cell_sets(self, blocks: Sequence[tuple[int, IntArray]]) -> dict[str, IntArray]:
         """Name to cells, from the dimension and the tag of each cell of each block.
 
-        The tags are numbers of groups in 2.2, of entities in 4.1. A group without a name goes by its number.
+        The tags are numbers of groups in 2.2, of entities in 4.1. A group without a name is named by its number.
         """
         members: dict[str, list[IntArray]] = {}
         start = 0
@@ -59,7 +59,7 @@ class PhysicalGroups:
 
 
 def physical_groups_of(data: bytes) -> PhysicalGroups:
-    """Tables of the physical groups of an MSH file; raises MeshError for versions that are not read."""
+    """Tables of the physical groups of an MSH file; raises MeshError for versions that are not supported."""
     if data.lstrip().startswith((b"$NOD", b"$ELM")):
         raise MeshError("MSH version 1 is not read: save it again as version 4.1 or 2.2 (gmsh -format msh41)")
     head = re.search(rb"^\$MeshFormat\s+(\S+)\s+([01])\s+(\d+)", data, re.MULTILINE)
@@ -82,7 +82,7 @@ def physical_groups_of(data: bytes) -> PhysicalGroups:
 
 
 def numbers_of(data: bytes) -> FileNumbers:
-    """Numbers of the nodes and elements of an MSH file in text; none for a binary one, whose order reports them."""
+    """Numbers of the nodes and elements of an MSH file in text; none for a binary one, where messages use the order."""
     head = re.search(rb"^\$MeshFormat\s+(\S+)\s+([01])", data, re.MULTILINE)
     if head is None or head[2] == b"1":
         return FileNumbers([], [])
@@ -96,7 +96,7 @@ def numbers_of(data: bytes) -> FileNumbers:
     named: list[int] = []
     listed: list[tuple[int, list[int]]] = []
     place = 1
-    while place < len(nodes):  # a head, the numbers, the places
+    while place < len(nodes):  # a header, the numbers, the coordinates
         count = int(nodes[place][3])
         named += [int(row[0]) for row in nodes[place + 1 : place + 1 + count]]
         place += 1 + 2 * count
@@ -159,7 +159,7 @@ def write_msh(path: Path, net: CableNet, numbers: Mapping[str, FloatArray]) -> N
 
 
 def _cut(data: bytes, section: bytes) -> tuple[bytes, bytes]:
-    """Inside of a section, empty where there is none, and the file without it."""
+    """Content of a section, empty where there is none, and the file without it."""
     start = re.search(rb"^\$" + section + rb"[ \t]*\r?\n", data, re.MULTILINE)
     if start is None:
         return b"", data

@@ -1,4 +1,4 @@
-"""The net made of a raw mesh.
+"""The net made from a raw mesh.
 
 Symbols as in `mesh.raw`.
 """
@@ -14,13 +14,13 @@ from netdae.mesh.raw import NUMBERS, RawMesh, integer_groups, no_indices
 from netdae.model.net import CableNet
 
 LARGEST_PLACE = 1e6
-"""Largest coordinate of a mesh, m: nets are metres wide, and beyond this knots lose their micrometres."""
+"""Largest coordinate of a mesh, m: nets are metres wide, and beyond this, positions lose micrometres."""
 
 SHORTEST_CABLE = 1e-9
-"""Shortest distance of a cable's nodes, m, unless its rest length is given: it is as long as an atom is wide."""
+"""Shortest distance of a cable's nodes, m, unless its rest length is given: about the width of an atom."""
 
 SMALLEST, LARGEST = 1e-20, 1e20
-"""Range of numbers of the cables, SI units: whatever is beyond is a slip of the unit."""
+"""Range of numbers of the cables, SI units: anything beyond is a wrong unit."""
 
 Groups = dict[str, BoolArray]
 
@@ -33,7 +33,7 @@ def net_of(raw: RawMesh, *, surface_edges: bool = False) -> tuple[CableNet, tupl
     `surface_edges` the edges of the surface cells are cables too, in the groups border (edges of one cell
     only) and inner.
 
-    Raises MeshError, without the file's name, for a mesh that is no net.
+    Raises MeshError, without the file's name, for a mesh that is not a net.
     """
     findings: list[str] = []
     _check_points(raw)
@@ -163,7 +163,7 @@ def _node_groups(raw: RawMesh) -> Groups:
 
 
 def _numbers(raw: RawMesh) -> dict[str, FloatArray]:
-    """Numbers of the line pieces; a split line's rest length is shared out as the distances are."""
+    """Numbers of the line pieces; a split line's rest length is divided in proportion to the distances."""
     numbers: dict[str, FloatArray] = {}
     for name in NUMBERS:
         if name not in raw.cell_data:

@@ -1,4 +1,4 @@
-"""What a mesh file holds, free of its format.
+"""What a mesh file holds, independent of its format.
 
 Symbols: p points, s straight line pieces, c cells of the file (of every type, in file order).
 """
@@ -20,7 +20,7 @@ NUMBERS = (*CABLE_DATA, "rest_length")
 """Names of cell data that are numbers of the cables and not groups."""
 
 MOST_KINDS = 16
-"""Integer data with more values than this number something: they make one group, not one per value."""
+"""Integer data with more values than this enumerate something: they make one group, not one per value."""
 
 Data = Mapping[str, NDArray[Any]]
 
@@ -41,7 +41,7 @@ class RawMesh:
     points : (p, 3), m
     cell_count : c
     ends : (s, 2), the points that each line piece joins; a poly line or a quadratic line gives several
-    line_cell : (s,), the cell that each piece is of
+    line_cell : (s,), the cell that each piece belongs to
     vertices, vertex_cell : (k,), points that are cells, and their cells
     face_edges : (f, 2), edges of all surface cells, an edge between two of them twice
     point_data, cell_data : name to (p, ...) or (c, ...)
@@ -83,7 +83,7 @@ class RawMesh:
 
     @property
     def unused_data(self) -> tuple[str, ...]:
-        """Names of the data that a net has no use for."""
+        """Names of the data that a net does not use."""
         known = [*integer_groups(self.point_data), *integer_groups(self.cell_data)]
         names = {*self.point_data, *(name for name in self.cell_data if name not in NUMBERS)}
         return tuple(sorted(name for name in names - set(known) if not _is_internal(name)))

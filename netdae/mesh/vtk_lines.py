@@ -1,6 +1,6 @@
 """Lines of the VTK files that meshio reads only in part.
 
-These are all legacy .vtk files, whose poly lines, bytes and integers meshio drops or mistakes, and .vtu files with
+These are all legacy .vtk files, whose poly lines, bytes and integers meshio drops or misreads, and .vtu files with
 poly lines, several pieces or a new version.
 """
 
@@ -28,7 +28,7 @@ def read_polylines(path: Path) -> RawMesh:
     reported = pyvista.VtkErrorCatcher(send_to_logging=False)
     with pyvista.vtk_verbosity("off"), reported:
         mesh: Any = pyvista.read(path)
-    # where binary data end early VTK only warns, and hands on what was in the memory
+    # where binary data end early VTK only warns, and returns what was in memory
     wrong = [
         *reported.error_events,
         *(event for event in reported.warning_events if "Error reading" in str(event)),

@@ -1,7 +1,7 @@
 """Motions of driven axes: displacement from the start, velocity and acceleration.
 
-A motion u(t) (3,) in m begins at u = 0. Its velocity may jump, at declared times only: the flight is
-split there and the impulse accounted for. Positions never jump.
+A motion u(t) (3,) in m begins at u = 0. Its velocity may jump, at declared times only: the flight is split there
+and the impulse accounted for. Positions never jump.
 """
 
 from __future__ import annotations

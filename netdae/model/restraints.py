@@ -78,7 +78,7 @@ class Restraint:
 
     @property
     def permanent(self) -> bool:
-        """Whether it holds during the whole flight, whatever happens."""
+        """Whether it holds during the whole flight, regardless of events."""
         return self.begin == -math.inf and self.until == math.inf
 
     @property
@@ -184,7 +184,7 @@ class Drive:
                     f"{name}: node {node} starts at {v[node].tolist()} m/s, but its motion begins at {du.tolist()} m/s "
                     f"along {restraint.axes}: start it at that velocity, or change the motion"
                 )
-            if end is not None and not isinstance(restraint.motion, Fixed | TableMotion):  # these cannot be wrong
+            if end is not None and not isinstance(restraint.motion, Fixed | TableMotion):  # these are exact
                 try:
                     check_derivatives(restraint.motion, axes, t, end)
                 except InputError as error:

@@ -1,7 +1,7 @@
 """Vectors that depend on time: a constant, a table, a function; with their jumps and kinks declared.
 
-A signal is never evaluated at one of its jumps: the flight is split there, and within a phase the
-time is kept strictly inside, so that both one-sided values are used.
+A signal is never evaluated at one of its jumps: the flight is split there, and within a phase the time is kept
+strictly inside, so that both one-sided values are used.
 """
 
 from __future__ import annotations
@@ -149,7 +149,7 @@ class Function:
 class Table:
     """Rows of time and three values, interpolated linearly or by cubic splines.
 
-    times : (k,), s, rising; a time that stands twice is a jump
+    times : (k,), s, rising; a time that appears twice is a jump
     values : (k, 3)
     interpolation : "linear" (rows are kinks) or "cubic" (C², natural splines between jumps)
     """

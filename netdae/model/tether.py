@@ -31,7 +31,7 @@ CABLE_GROUPS = ("tether", "bridle")
 
 
 def is_own_node(net: CableNet) -> BoolArray:
-    """Which nodes belong to neither a tether, its chaser or its reel, nor are drums, (n,)."""
+    """Which nodes are not part of a tether, its chaser or its reel, and are not drums, (n,)."""
     own = np.ones(net.node_count, dtype=np.bool_)
     for name in FOREIGN:
         own[net.node_groups.get(name, [])] = False

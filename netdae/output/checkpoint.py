@@ -1,4 +1,4 @@
-"""The checkpoint of a flight: the last frame, and all that it takes to go on from there in another process.
+"""The checkpoint of a flight: the last frame, and all that is needed to continue from it in another process.
 
 It is a .npz file, complete at every moment, with the arrays of the frame's State and its balance by their names, those
 of the flight's memory as flight.<name>, those of its observers as observers.<name>, and `notes` in JSON.
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from netdae.system.system import System
 
 FORMAT = 1
-"""Of the file; a file of another one cannot be gone on from."""
+"""Of the file; a flight cannot be resumed from a file of another format."""
 
 _FLIGHT, _OBSERVERS, _NOTES, _HISTORY = "flight.", "observers.", "notes", "history"
 _BOOKS = (
@@ -54,11 +54,11 @@ _DAMAGED = (
 
 
 class Memory(NamedTuple):
-    """What a checkpoint holds beside the frame.
+    """What a checkpoint holds besides the frame.
 
     flight : of `Integration.memory`
     observers : what observers of the flight need for their `resume`
-    notes : what can be reported in JSON
+    notes : data that JSON can hold
     """
 
     flight: Mapping[str, NDArray[Any]]
@@ -67,16 +67,16 @@ class Memory(NamedTuple):
 
     @property
     def all(self) -> dict[str, NDArray[Any]]:
-        """What observers are given to go on: both memories."""
+        """What observers are given to resume: both memories."""
         return {**self.observers, **self.flight}
 
 
 class Checkpoint:
     """Observer that keeps the last frame, with its balance, in a .npz file: complete at every moment.
 
-    memory : asked at each frame for what it takes to go on; without it the file holds the frame alone
+    memory : called at each frame for what is needed to continue; without it the file holds the frame alone
 
-    It comes after those observers whose files belong to a frame, so that these hold all frames that it speaks of.
+    It comes after the observers that write files for each frame, so that these hold all frames it refers to.
     Raises InputError where nothing can be written, RunError when a frame cannot be.
     """
 
@@ -85,7 +85,7 @@ class Checkpoint:
         self._memory = memory
 
     def begin(self, system: System) -> None:
-        """Make the folder and take a former checkpoint away."""
+        """Make the folder and remove a former checkpoint."""
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             self.path.unlink(missing_ok=True)
@@ -95,7 +95,7 @@ class Checkpoint:
             ) from error
 
     def resume(self, system: System, memory: Mapping[str, Any]) -> None:
-        """Leave the checkpoint from which the flight goes on, until the next frame."""
+        """Keep the checkpoint from which the flight is resumed until the next frame."""
 
     def __call__(self, state: State) -> None:
         """Write a State in place of the one before."""
@@ -103,7 +103,7 @@ class Checkpoint:
 
 
 def write_checkpoint(path: Path, state: State, memory: Memory | None = None) -> None:
-    """Write a frame, and what it takes to go on from it; raises RunError."""
+    """Write a frame, and what is needed to continue from it; raises RunError."""
     content = io.BytesIO()
     np.savez(content, **_frame_of(state), **({} if memory is None else _arrays_of(memory)))
     try:
@@ -119,7 +119,7 @@ class Kept:
     """What `read_kept` finds in a checkpoint.
 
     state : the last frame
-    memory : what it takes to go on from it
+    memory : what is needed to continue from it
     history : rows of the metrics' history, (k, w), in the checkpoint of a flight that has ended; else None
     """
 
@@ -134,12 +134,12 @@ class Kept:
 
 
 def read_checkpoint(path: str | os.PathLike[str]) -> State:
-    """The State that a `Checkpoint` kept; raises InputError for a file that is none."""
+    """The State that a `Checkpoint` kept; raises InputError for any other file."""
     return _state_of(_read(Path(path)))
 
 
 def read_kept(path: str | os.PathLike[str]) -> Kept:
-    """All that a `Checkpoint` kept; raises InputError for a file that is none, or from which nothing can go on."""
+    """All that a `Checkpoint` kept; raises InputError for any other file, and for one that cannot be resumed from."""
     source = Path(path)
     arrays = _read(source)
     state = _state_of(arrays)
@@ -199,7 +199,7 @@ def _state_of(arrays: Mapping[str, NDArray[Any]]) -> State:
 
 
 def _read(source: Path) -> dict[str, Any]:
-    """All arrays of a checkpoint, of which those of a State are there."""
+    """All arrays of a checkpoint, with those of a State among them."""
     try:
         with np.load(source) as found:
             arrays = {name: found[name] for name in found.files}

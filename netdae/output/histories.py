@@ -26,7 +26,7 @@ HISTORY = (
 )
 """Names of the histories, in SI units; see `system.measurements.MEASURE_NAMES`.
 
-..._residual of a momentum is the size of what its change differs by from the external impulse.
+..._residual of a momentum is the size of the difference between its change and the external impulse.
 """
 
 

@@ -1,4 +1,4 @@
-"""Measures of a deployment: a row of metrics.csv per frame, and the histories that its summary stands on."""
+"""Measurements of a deployment: a row of metrics.csv per frame, and the histories behind its summary."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class DeploymentMetrics:
         without one
     corners : name of the node group of the corners, see `mouth.corners_of`; None for none. A net without a
         mouth, without the default group or with fewer than three corners has no corner area.
-    log : file for a row of `output.histories.HISTORY` per internal step, so that they need no memory and outlive a
+    log : file for a row of `output.histories.HISTORY` per internal step, so that these need no memory and survive a
         kill; in memory by default
 
     The columns of a row:
@@ -68,10 +68,10 @@ class DeploymentMetrics:
     distance : of the centre of mass from its start along the initial momentum, m; the straight distance
         where the start has no momentum
     energy_residual : (kinetic + elastic + dissipated − external work) − its start, J
-    max_tension : the largest at internal steps since the row before, N; without the dashpot's share
+    max_tension : the largest at internal steps since the previous row, N; without the dashpot's share
     taut_fraction : share of the cables that are taut
     external_impulse, external_angular_impulse : from outside since the start, N s and N m s; momentum and angular
-        momentum, of all nodes and about the origin, change by just these
+            momentum, of all nodes and about the origin, change by exactly these
     paid_out, ..., closing_tension : see `system.measurements.Cordage`; nan where there are none
 
     Centre of mass and distance are those of the net's own nodes, without tether and chaser.
@@ -90,7 +90,7 @@ class DeploymentMetrics:
         self._history = StepLog(len(HISTORY), log)
 
     def kept_in(self, log: str | os.PathLike[str]) -> DeploymentMetrics:
-        """The same measures of another flight, with a log in that file."""
+        """The same measurements of another flight, with a log in that file."""
         return DeploymentMetrics(mouth=self.mouth, corners=self.corners, log=log)
 
     def begin(self, system: System) -> None:
@@ -101,7 +101,7 @@ class DeploymentMetrics:
         self._history.clear()
 
     def resume(self, system: System, memory: Mapping[str, Any]) -> None:
-        """Go on with the log, up to the internal step from which the flight goes on, and with `memory`'s start.
+        """Go on with the log, up to the internal step where the flight is resumed, and with the start in `memory`.
 
         The rows of the frames are those that `rows` has. Raises InputError where the log ends too early.
         """
@@ -115,7 +115,7 @@ class DeploymentMetrics:
         self._history.keep(int(memory["shown"]))
 
     def memory(self) -> dict[str, FloatArray]:
-        """What `resume` needs to go on beside the log."""
+        """What `resume` needs besides the log."""
         direction = np.zeros(0) if self._direction is None else self._direction
         return {
             "start_com": self._start_com,
@@ -144,15 +144,15 @@ class DeploymentMetrics:
         self._history.flush()
 
     def end(self) -> None:
-        """Close the log; the summary can still be had."""
+        """Close the log; the summary is still available."""
         self._history.close()
 
     def forget(self) -> None:
-        """Take the log away."""
+        """Remove the log."""
         self._history.remove()
 
     def watch(self, state: State) -> None:
-        """Take an internal step into the summary."""
+        """Include an internal step in the summary."""
         if not self._started:
             self._start(state)
         x, balance = state.x, state.balance
@@ -213,7 +213,7 @@ class DeploymentMetrics:
         strength, toe) are left out. largest_..., peak_... and final_... are values at internal steps; their
         times and distances follow in keys of their own.
         tension_quantile_99_9 : N, the largest tension of the net stays below it for 99.9 % of the time
-        tension_over_strength : the same of the largest ratio of tension to strength
+        tension_over_strength : the same for the largest ratio of tension to strength
         energy_residual_share, energy_rise_share : of largest_energy, the largest kinetic + elastic energy
         momentum_residual, angular_momentum_residual : N s and N m s, largest errors of their balances, and ..._share
             of the largest Σ m |v| and Σ m |x × v|
@@ -231,7 +231,7 @@ class DeploymentMetrics:
 
         paid_out, mass_left : m by the reel, and kg, see `tether_assembly`; left out where there is no reel
         length, final_distance : m, rest length, and from the net's centre of mass to the chaser
-        peak_tension, ... : as in `summary`, of the tether's cables alone, against the least strength of them
+        peak_tension, ... : as in `summary`, of the tether's cables alone, against their lowest strength
         """
         tether = self._measurements.tether
         if not tether.any():
@@ -276,7 +276,7 @@ class DeploymentMetrics:
         self._started = True
 
     def _momenta_less_impulses(self, state: State) -> FloatArray:
-        """Momentum and angular momentum less what came from outside, (2, 3): what the flight keeps."""
+        """Momentum and angular momentum less external impulses, (2, 3): what the flight conserves."""
         system, balance = self._system, state.balance
         momenta = np.stack((system.momentum(state.v), system.angular_momentum(state.x, state.v)))
         return momenta - np.stack((balance.external_impulse, balance.external_angular_impulse))

@@ -49,7 +49,7 @@ class MetricsCsv:
             ) from error
 
     def resume(self, system: System, memory: Mapping[str, Any]) -> None:
-        """Keep the rows of the frames that the flight has yielded; raises InputError where they are not there."""
+        """Keep the rows of the frames that the flight has yielded; raises InputError where they are missing."""
         count = int(memory["frames"])
         try:
             data = self.path.read_bytes()
@@ -113,7 +113,7 @@ class Progress:
     Elsewhere it logs a line (level INFO of this module's logger) at each tenth of the simulated time.
     """
 
-    _PAUSE = 0.1  # s between two looks of the bar
+    _PAUSE = 0.1  # s between two updates of the bar
 
     def __init__(self, end: float, *, console: Console | None = None, title: str = "flight") -> None:
         self.end_time = end
@@ -156,10 +156,10 @@ class Progress:
             self._look()
 
     def __call__(self, state: State) -> None:
-        """Nothing at a frame: the steps report."""
+        """Nothing at a frame: progress is reported at the steps."""
 
     def end(self) -> None:
-        """Leave the last look of the bar, or the last line, behind."""
+        """Leave the last state of the bar, or the last line, behind."""
         if self._bar is not None:
             self._look()
             self._bar.stop()

@@ -1,6 +1,6 @@
-"""Rows of numbers that grow during a flight, in memory or in a file that a kill at any byte leaves usable.
+"""The step log: rows of numbers added during a flight, in memory or in a file that a kill at any byte leaves usable.
 
-A file begins with `MAGIC` and the width of a row (int64), then come the rows (float64), all little-endian. A last
+A file begins with `MAGIC` and the width of a row (int64), followed by the rows (float64), all little-endian. A last
 row that is not complete is dropped when the file is opened again.
 """
 
@@ -21,7 +21,7 @@ from netdae.core.files import reason_of
 
 MAGIC = b"netdae\x00\x01"
 _HEAD = len(MAGIC) + 8
-_AT_ONCE = 1 << 16  # numbers kept back before they are written
+_AT_ONCE = 1 << 16  # numbers buffered before they are written
 
 
 class StepLog:
@@ -30,7 +30,7 @@ class StepLog:
     width : numbers in a row
     path : the file; None keeps the rows in memory
 
-    Rows are on disk after `flush`. Raises InputError for a file that cannot be made or is no log of that
+    Rows are on disk after `flush`. Raises InputError for a file that cannot be made or is not a log of that
     width, RunError when rows cannot be written.
     """
 
@@ -123,13 +123,13 @@ class StepLog:
             self.flush()
 
     def flush(self) -> None:
-        """Bring all rows to the file."""
+        """Write all rows to the file."""
         if self._stream is None or not self._rows:
             return
         data = np.array(self._rows, dtype="<f8").data.cast("B")
         done, nothing = 0, array("d")
         try:
-            self._stream.seek(_HEAD + self._size)  # Ctrl-C may have ended a former flush half-way
+            self._stream.seek(_HEAD + self._size)  # Ctrl-C may have ended an earlier flush half-way
             while done < len(data):
                 done += self._stream.write(data[done:]) or 0
         except OSError as error:
@@ -139,7 +139,7 @@ class StepLog:
         self._size, self._rows = self._size + done, nothing
 
     def rows(self) -> FloatArray:
-        """All rows, (k, width); from a file they are mapped, so that many need no memory."""
+        """All rows, (k, width); those in a file are memory-mapped, so that many need no memory."""
         self.flush()
         if self.path is None:
             return np.array(self._rows, dtype=np.float64).reshape(-1, self.width)
@@ -149,7 +149,7 @@ class StepLog:
         return np.memmap(self.path, dtype="<f8", mode="r", offset=_HEAD, shape=shape)
 
     def close(self) -> None:
-        """Flush and let go of the file; its rows can still be had."""
+        """Flush and let go of the file; its rows are still available."""
         if self._stream is not None:
             stream = self._stream
             try:
@@ -159,7 +159,7 @@ class StepLog:
                 stream.close()
 
     def remove(self) -> None:
-        """Take the file away."""
+        """Remove the file."""
         if self._stream is not None:
             self._stream.close()
             self._stream = None

@@ -24,8 +24,8 @@ class Recorder:
 
     path : the trajectory.npz, or None to keep them in memory only
 
-    Until the end the frames stand in a log beside the file, so that they need no memory, outlive a kill, and
-    can be gone on from; the log is taken away when the file is complete.
+    Until the end the frames are kept in a log beside the file, so that they need no memory, survive a kill, and
+    can be resumed from; the log is removed when the file is complete.
     """
 
     def __init__(self, path: str | os.PathLike[str] | None = None) -> None:
@@ -43,7 +43,7 @@ class Recorder:
         self._log.clear()
 
     def resume(self, system: System, memory: Mapping[str, Any]) -> None:
-        """Keep the frames that the flight has yielded; raises InputError where they are not there."""
+        """Keep the frames that the flight has yielded; raises InputError where they are missing."""
         log = self._log_for(system.net.node_count)
         if log.path is not None and self.path is not None:
             if log.path.exists():

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 POINT_DATA = ("displacement", "velocity", "acceleration", "mass")
 """Point arrays of every frame."""
 RESTRAINED = "restrained"
-"""Point array of how many axes are held or driven; older frames do without."""
+"""Point array of how many axes are held or driven; older frames lack it."""
 CELL_DATA = ("strain", "stress", "tension", "taut")
 """Cell arrays of every frame."""
 
@@ -52,12 +52,12 @@ class VtuSeries:
 
     path : the .pvd file; the frames go to the folder `frames` beside it, which is made.
     groups : whether the net's node and cable groups are written too, to select by in ParaView
-    fired : gives at each frame the times of those events that have happened, by name: where restraints begin or end at
-        events, for instance `lambda: detector.fired` of an `EventDetector`
+    fired : returns at each frame the times of the events that have happened, by name; for restraints that begin or end
+        at events, for instance `lambda: detector.fired` of an `EventDetector`
 
-    Every file gets its name when it is complete, the .pvd after the frame: it names only complete frames at
-    every moment, also after a kill. A former series at the same place is replaced. The .pvd is rewritten at
-    every frame up to 1000, then each time it has grown by a thousandth (many frames cost no more each), and
+    Every file gets its name when it is complete, the .pvd after the frame: at any moment, also after a kill,
+    it names only complete frames. A former series at the same place is replaced. The .pvd is rewritten at
+    every frame up to 1000, then each time it has grown by a thousandth (the cost per frame does not grow), and
     at the end. Raises InputError where nothing can be written, RunError when a frame cannot be.
     """
 
@@ -93,9 +93,9 @@ class VtuSeries:
             ) from error
 
     def resume(self, system: System, memory: Mapping[str, Any]) -> None:
-        """Keep the frames that the flight has yielded, take later ones away; raises InputError where one is missing."""
+        """Keep the frames that the flight has yielded, remove later ones; raises InputError where one is missing."""
         self._make_grid(system)
-        # VTK words the first frame of a writer otherwise than later ones: let that be none of the flight's
+        # VTK writes the first frame of a writer differently from later ones: let that be none of the flight's
         self._frame(State.at(system.net.nodes))
         count = int(memory["frames"])
         times = [t for t, _ in read_series(self.path)][:count]
@@ -190,7 +190,7 @@ class VtuSeries:
         return data if isinstance(data, bytes) else data.encode()
 
     def _hold(self, system: System, t: float) -> None:
-        """Tell which axes are held at t, where these are others than in the frame before."""
+        """Mark which axes are held at t, where these differ from those in the previous frame."""
         fired = self.fired()
         holding = tuple(restraint for restraint in system.restraints if restraint.holds(t, fired))
         if holding == self._holding:
@@ -213,7 +213,7 @@ def _entry_of(number: int, t: float) -> bytes:
 def grid_of(net: CableNet, *, groups: bool = True, nodes: IntArray | None = None) -> pv.UnstructuredGrid:
     """The net in its reference positions as a grid of lines, with group_<name> arrays; "all" is left out.
 
-    nodes : (k,), rising, those that are points: all by default; no cable ends at another
+    nodes : (k,), ascending, those that are points: all by default; no cable ends at another node
     """
     m, places = net.cable_count, np.arange(net.node_count) if nodes is None else nodes
     cells = np.column_stack([np.full(m, 2), np.searchsorted(places, net.cables)]).ravel()
@@ -257,7 +257,7 @@ def read_series(path: str | os.PathLike[str]) -> list[tuple[float, Path]]:
 def read_frame(path: str | os.PathLike[str]) -> pv.UnstructuredGrid:
     """One frame as a grid with the arrays of `POINT_DATA` and `CELL_DATA`.
 
-    Raises InputError for a file that is not there, is cut off, or is no frame of netdae.
+    Raises InputError for a file that is not there, is cut off, or is not a frame of netdae.
     """
     source = Path(path)
     try:

@@ -1,4 +1,4 @@
-"""Ensembles: starts disturbed a little, and what their flights have in common.
+"""Ensembles: slightly disturbed starts, and statistics over their flights.
 
 Symbols: N members, n nodes, x positions (n, 3) in m.
 """
@@ -20,7 +20,7 @@ from netdae.core.errors import InputError
 from netdae.model.state import State
 
 STATISTICS = ("mean", "std", "min", "max")
-"""What is reported of a figure beside n, the number of members that have it."""
+"""What is reported of a figure besides n, the number of members that have it."""
 
 CABLE = "_cable"
 """Ending of figures that are the number of a cable: they have no mean."""
@@ -34,7 +34,7 @@ class Ensemble:
 
     size : N, 2 or more
     perturb : standard deviation of the normal disturbance of each coordinate, m
-    seed : zero or more; member k is drawn from (seed, k), whatever the other members
+    seed : zero or more; member k is drawn from (seed, k), independently of the other members
     scatter : whether each member draws its own errors of the ejection too, from the seed of the scenario's spread and k
 
     Raises InputError for values out of range.
@@ -54,13 +54,13 @@ class Ensemble:
             raise InputError(f"seed is {self.seed}: give a whole number, zero or more")
 
     def start(self, member: int, start: State, restrained: BoolArray) -> State:
-        """`start` as that member has it; axes that are restrained, (n, 3), stay where they are."""
+        """`start` as that member has it; restrained axes, (n, 3), stay where they are."""
         noise = self.perturb * default_rng((self.seed, member)).standard_normal(start.x.shape)
         return State.at(np.where(restrained, start.x, start.x + noise), start.v, t=start.t)
 
 
 def statistics_of(values: Iterable[float | None]) -> dict[str, float]:
-    """n, mean, std, min, max of the values that are finite numbers; nan where n does not suffice.
+    """n, mean, std, min, max of the values that are finite numbers; nan where n is too small.
 
     std : of the sample, with n − 1
     """
@@ -73,7 +73,7 @@ def statistics_of(values: Iterable[float | None]) -> dict[str, float]:
 def figures_over(members: Sequence[Mapping[str, Any]]) -> dict[str, dict[str, Any]]:
     """Statistics of each number in the members' figures, by its name.
 
-    Of a cable's number, see `CABLE`, n and `members` are reported: each number that came, and in how many members.
+    For a cable's number, see `CABLE`, n and `members` are reported: each number that occurs, and in how many members.
     """
     names = dict.fromkeys(name for figures in members for name in figures)
     result: dict[str, dict[str, Any]] = {}
@@ -89,7 +89,7 @@ def figures_over(members: Sequence[Mapping[str, Any]]) -> dict[str, dict[str, An
 
 
 def events_over(members: Sequence[Sequence[Mapping[str, Any]]]) -> list[dict[str, Any]]:
-    """Statistics of the time of each event, at its first in a member, over the members' records of events.
+    """Statistics of the time at which each event first happens in a member, over the members' records of events.
 
     n : how many members had it; of : how many there are
     """
@@ -110,7 +110,7 @@ def events_over(members: Sequence[Sequence[Mapping[str, Any]]]) -> list[dict[str
 
 
 def bands_of(tables: Sequence[Mapping[str, FloatArray]]) -> dict[str, FloatArray]:
-    """Mean and band over the members' tables, of column name to (k,), that share their column `time`.
+    """Mean and band over the members' tables, column name to (k,), which share their column `time`.
 
     Each other column gives its name with _mean, _std, _min and _max, (k,).
     """
@@ -123,7 +123,7 @@ def bands_of(tables: Sequence[Mapping[str, FloatArray]]) -> dict[str, FloatArray
 
 
 def common_warnings(warnings: Mapping[str, Sequence[str]]) -> list[str]:
-    """Warnings of the members, by their name, those that differ in numbers only reported once."""
+    """Warnings of the members, by their name; those that differ only in numbers are reported once."""
     alike: dict[str, list[tuple[str, str]]] = {}
     for name, texts in warnings.items():
         for text in texts:

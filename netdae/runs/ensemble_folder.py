@@ -30,7 +30,7 @@ from netdae.scenario.simulation import Simulation
 
 @dataclass(frozen=True, eq=False)
 class Member:
-    """A member of an ensemble, all that a process needs to fly it.
+    """A member of an ensemble: all that a process needs to fly it.
 
     folder : of the ensemble; the member's own is in it
     frames : whether the member's folder gets frames for ParaView
@@ -74,7 +74,7 @@ class EnsembleFolder:
         ]
 
     def claim(self) -> None:
-        """Make the folder, take the files of a former run or ensemble away; raises InputError."""
+        """Make the folder and remove the files of a former run or ensemble; raises InputError."""
         self._own.claim()
 
     def close(
@@ -88,7 +88,7 @@ class EnsembleFolder:
         """Write metrics.csv and summary.json over the members that have finished; return the summary.
 
         outcomes : of the members that have ended, in any order
-        about : further entries of the summary's section `ensemble`
+        about : other entries of the summary's section `ensemble`
         """
         result = [_read_summary(self.path / member.name / SUMMARY) for member in self.members]
         errors = {outcome.number: outcome.error for outcome in outcomes if outcome.error is not None}
@@ -143,7 +143,7 @@ class EnsembleFolder:
 def fly_member(member: Member, report: Tell) -> None:
     """Fly a member into its folder: the task of a worker.
 
-    Tells ("compiling", a line) when kernels have to be compiled, and ("flown", the share of the time) now and then.
+    Reports ("compiling", a line) when kernels have to be compiled, and ("flown", the share of the time) now and then.
     """
     with reported_when_compiling(lambda: report(("compiling", COMPILING))):
         ensemble = member.ensemble
@@ -158,7 +158,7 @@ def fly_member(member: Member, report: Tell) -> None:
 
 
 class _Teller:
-    """Observer that reports how much of the time is flown; with that the flight learns that it is to stop."""
+    """Observer that reports how much of the time is flown; a report also ends the flight when it is to stop."""
 
     _PAUSE = 0.2  # s between two messages
 
@@ -168,18 +168,18 @@ class _Teller:
         self._reported = 0.0
 
     def watch(self, state: State) -> None:
-        """Tell, if some time has passed."""
+        """Report, if some time has passed."""
         now = time.monotonic()
         if now - self._reported > self._PAUSE:
             self._reported = now
             self._report(("flown", (state.t - self._begin) / (self._end - self._begin)))
 
     def __call__(self, state: State) -> None:
-        """Nothing at a frame: the steps report."""
+        """Nothing at a frame: progress is reported at the steps."""
 
 
 def _counts(solver: Mapping[str, Any]) -> dict[str, int]:
-    """What the solver counted: whole numbers, and no settings."""
+    """The counts of the solver: whole numbers, and no settings."""
     return {
         name: value
         for name, value in solver.items()

@@ -34,7 +34,7 @@ LOCK = "run.lock"
 FINISHED = "finished"
 """Status of a run that has come to its end."""
 FILES = (SERIES, METRICS, TRAJECTORY, CHECKPOINT, SUMMARY, SCENARIO, *LOGS)
-"""Files of a run, beside the folder `frames`."""
+"""Files of a run, besides the folder `frames`."""
 
 _FRAME = re.compile(r"frame_\d{6,}\.vtu(\.part)?")
 _MEMBER = re.compile(r"member_\d{3,}")
@@ -44,7 +44,7 @@ class RunFolder:
     """A folder that takes the files of one run of a scenario.
 
     frames : whether series.pvd and the folder `frames` are written
-    kept : of the checkpoint in the folder, from which its run is to go on; None for a new run
+    kept : of the checkpoint in the folder, from which its run is to be resumed; None for a new run
 
     Raises InputError for a path that is a file, or a folder with the files of a former run or ensemble in it
     unless `overwrite`, which is refused where the scenario reads one of them. Nothing is changed before `claim`.
@@ -99,7 +99,7 @@ class RunFolder:
         return context
 
     def notes(self, simulation: Simulation, about: Mapping[str, Any] | None) -> dict[str, Any]:
-        """What the checkpoint reports of this flight, see `runs.resume`."""
+        """The checkpoint's notes on this flight, see `runs.resume`."""
         end = float(simulation.times[-1])
         if self.kept is None:
             return {
@@ -122,7 +122,7 @@ class RunFolder:
         return self.scenario.text if in_place else self.scenario.copy
 
     def claim(self) -> None:
-        """Make the folder, take the files of a former run away, copy the scenario; raises InputError."""
+        """Make the folder, remove the files of a former run, copy the scenario; raises InputError."""
         try:
             self.path.mkdir(parents=True, exist_ok=True)
             self._check_free()  # again: it may have been a while
@@ -140,14 +140,14 @@ class RunFolder:
             raise self._not_writable(error) from error
 
     def unpack(self, kept: Kept) -> None:
-        """Make the log of internal steps of a flight that had ended; raises InputError."""
+        """Restore the log of internal steps of a flight that had ended; raises InputError."""
         if kept.history is not None and not (self.path / STEPS_LOG).exists():
             steps = StepLog(len(HISTORY), self.path / STEPS_LOG)
             steps.fill(kept.history)
             steps.close()
 
     def reopen(self, kept: Kept, notes: Mapping[str, Any]) -> None:
-        """Undo what reports of the run as ended, once its files are known to be sound; raises InputError, RunError."""
+        """Undo what marks the run as ended, once its files are known to be sound; raises InputError, RunError."""
         write_checkpoint(self.path / CHECKPOINT, kept.state, kept.memory._replace(notes=notes))
         try:
             (self.path / SUMMARY).unlink(missing_ok=True)
@@ -155,7 +155,7 @@ class RunFolder:
             raise self._not_writable(error) from error
 
     def close(self, metrics: DeploymentMetrics, *, status: str) -> None:
-        """Put what a later run needs to go on into the checkpoint, and take the log away; raises RunError."""
+        """Put what a later run needs to go on into the checkpoint, and remove the log; raises RunError."""
         history = metrics.history
         if (self.path / CHECKPOINT).exists():
             close_checkpoint(self.path / CHECKPOINT, history, status=status)
@@ -232,10 +232,10 @@ def fly(
 ) -> dict[str, Any]:
     """Fly into a folder and return the summary, which is written also when the flight fails or is interrupted.
 
-    observers : further ones, after those that write the files
-    about : entries that the summary has beside those of `summary_of`
+    observers : additional ones, after those that write the files
+    about : entries that the summary has besides those of `summary_of`
 
-    Raises InputError for what cannot fly before the folder is changed; RunError for a flight that fails and
+    Raises InputError, before the folder is changed, for what cannot fly; RunError for a flight that fails and
     KeyboardInterrupt, both with a message that says what was kept.
     """
     kept = folder.kept

@@ -33,7 +33,7 @@ STEP = 1e-6
 """Differences move a node by this share of the shortest rest length, or of the largest speed (1 m/s at least)."""
 
 KINK_MARGIN = 10.0
-"""A cable stands at a kink of its law nearer than so many times what one difference stretches it."""
+"""A cable is at a kink of its law if nearer to it than this many times what one difference stretches it."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class Comparison:
 def compare_jacobian(simulation: Simulation, *, states: int = 3, seed: int = 1) -> list[Comparison]:
     """J against differences at the start and at seeded states with taut and slack cables.
 
-    A cable at a kink of its law, as all are in a net that starts in its reference shape, is taken out there.
+    A cable at a kink of its law, as all are in a net that starts in its reference shape, is left out there.
     """
     system, start = simulation.system, simulation.start
     end = float(simulation.times[-1])
@@ -75,7 +75,7 @@ def compare_jacobian(simulation: Simulation, *, states: int = 3, seed: int = 1) 
 
 
 def _random_state(system: System, t: float, rng: np.random.Generator) -> State:
-    """About half of the cables taut by up to some per cent, nodes moving so that the dashpot counts."""
+    """About half of the cables taut by up to a few per cent, nodes moving so that the dashpot counts."""
     net = system.net
     span = np.linalg.norm(net.spans, axis=1)
     spread = float(np.median(net.rest_length[span > 0] / span[span > 0])) if span.any() else 1.0
@@ -98,7 +98,7 @@ def _colours_of(system: System) -> IntArray:
         )
     i, j = np.concatenate(pairs).T
     joined = sparse.csr_array((np.ones(len(i)), (i, j)), shape=(n, n))
-    near = sparse.csr_array(joined @ joined)  # nodes that some row of J meets both
+    near = sparse.csr_array(joined @ joined)  # pairs of nodes that share a row of J
     colours = np.full(n, -1)
     for node in range(n):
         taken = set(colours[near.indices[near.indptr[node] : near.indptr[node + 1]]].tolist())
@@ -126,7 +126,7 @@ def _compared(system: System, name: str, state: State, colours: IntArray) -> Com
         ahead, behind = (_residual(system, t, y + s * d, ydot + cj * s * d) for s in (h, -h))
         one, other = (ahead - F) / h, (F - behind) / h
         product = (J @ d.ravel()).reshape(2, n, 3)
-        # at a kink of a further force J lies between the differences of both sides; elsewhere these are one
+        # at a kink of another force J lies between the differences of both sides; elsewhere these agree
         outside = np.maximum(np.minimum(one, other) - product, product - np.maximum(one, other))
         error = np.maximum(outside, 0.0).ravel() / largest
         row = int(error.argmax())
@@ -180,7 +180,7 @@ def stiffest_frequency(system: System) -> float:
     if not free.any():
         return 0.0
     mass = np.repeat(system.mass, 3)
-    lightest = float(mass[free].min())  # scales the squares of frequencies, which else might overflow
+    lightest = float(mass[free].min())  # scales the squares of frequencies, which otherwise might overflow
     weight = np.zeros(3 * net.node_count)
     weight[free] = np.sqrt(lightest / mass[free])
     if (np.linalg.norm(span, axis=1) == 0).any():  # directions unknown: the bound of the single cables

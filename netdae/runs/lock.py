@@ -21,7 +21,7 @@ except ImportError:  # not POSIX
 
 @contextlib.contextmanager
 def locked(path: Path) -> Iterator[None]:
-    """Hold the lock of the file `path`, which is made and taken away; raises InputError if another process has it."""
+    """Hold the lock of the file `path`, which is created and removed; raises InputError if another process has it."""
     if fcntl is None:
         yield
         return
@@ -48,7 +48,7 @@ def _held(path: Path) -> int:
                 ) from None
             except OSError:  # a file system without locks
                 return descriptor
-            if _is_at(descriptor, path):  # else its former holder has just taken it away
+            if _is_at(descriptor, path):  # else its former holder has just removed it
                 os.truncate(descriptor, 0)
                 os.pwrite(descriptor, f"{os.getpid()}\n".encode(), 0)
                 return descriptor

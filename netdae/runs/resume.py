@@ -1,7 +1,7 @@
-"""A run that was stopped, or has ended, and is to go on: its folder, checked, and the flight that is left.
+"""Resuming a run that was stopped, or has ended: its folder, checked, and the flight that is left.
 
 The notes in its checkpoint are: netdae, the version; scenario, the digests; end, s; frames, whether there are frames
-for ParaView; resumes, a list of time and end, s, where it was gone on from; about, further entries of the summary; and
+for ParaView; resumes, a list of time and end, s, of each resume; about, additional entries of the summary; and
 status, of a flight that has ended.
 """
 
@@ -26,7 +26,7 @@ from netdae.scenario.reader import Scenario, read_scenario
 from netdae.scenario.simulation import Simulation
 
 SAME_FRAME = 1e-6
-"""Frames closer than this share of their spacing are one."""
+"""Frames closer than this share of their spacing count as one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +65,7 @@ class StoppedRun:
 
 
 def times_to(end: float, times: FloatArray, reached: float) -> FloatArray:
-    """Times (k,) of frames up to `end`, s, at the spacing of `times`, which are even; `reached` is a frame's."""
+    """Times (k,) of frames up to `end`, s, at the even spacing of `times`; `reached` is the time of a frame."""
     begin, spacing = times[0], times[1] - times[0]
     more = begin + spacing * np.arange(len(times), math.floor((end - begin) / spacing) + 1)
     grid = np.concatenate((times, more))
@@ -75,12 +75,12 @@ def times_to(end: float, times: FloatArray, reached: float) -> FloatArray:
 
 
 def read_stopped_run(path: str | os.PathLike[str], *, until: float | None = None) -> StoppedRun:
-    """The run in a folder, to be gone on with.
+    """The run in a folder, to be resumed.
 
     until : s, a new end of the flight; by default the one that it was flying to
 
     Raises InputError for a folder without a run, one whose checkpoint is missing, damaged or of another scenario,
-    a run that has finished, unless it is to fly on, one that has come as far as `until`, and one that an event has
+    a run that has finished, unless it is to be extended, one that has come as far as `until`, and one that an event has
     stopped.
     """
     source = Path(path)

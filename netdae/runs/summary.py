@@ -25,7 +25,7 @@ from netdae.system.system import System
 class LastStep:
     """Observer that keeps the State of the last internal step.
 
-    state : the one before the first that it sees, of a flight that goes on
+    state : the one before the first that it sees, of a resumed flight
     """
 
     def __init__(self, state: State | None = None) -> None:
@@ -55,7 +55,7 @@ def summary_of(
     status : "finished", "interrupted" or "failed: " with the reason
     statistics, impulses, fired, notes : of the `Integration`
     last : State of the last internal step, None if there is none
-    resumes : where the run was gone on from, if it was stopped under way; the figures are of the whole flight
+    resumes : where the run was resumed, if it was stopped under way; the figures are of the whole flight
     """
     system, options = simulation.system, simulation.options
     figures = {} if last is None else simulation.metrics.summary()
@@ -88,9 +88,9 @@ def summary_of(
 
 
 def net_figures(system: System) -> dict[str, Any]:
-    """What the summary reports of a net; masses in kg, which add up to all that flies.
+    """What the summary reports about a net; masses in kg, which add up to all that flies.
 
-    mass, cable_mass : of the net with its bullets, and of its cords, those that close it among them
+    mass, cable_mass : of the net with its bullets, and of its cords, including those that close it
     tether_mass, chaser_mass : of tether and bridle at the start, and of the chaser; left out where there is none
     """
     net = system.net
@@ -149,7 +149,7 @@ def _reactions(simulation: Simulation, last: State, fired: Mapping[str, float]) 
 
 
 def versions() -> dict[str, str]:
-    """Versions of netdae and of what its figures stand on."""
+    """Versions of netdae and of the libraries behind its figures."""
     packages = ("numpy", "scipy", "numba", "scikit-sundae")
     return {
         "netdae": netdae.__version__,

@@ -1,7 +1,7 @@
-"""Tasks in worker processes: a worker does one after the other, and what goes wrong with one sinks no other.
+"""Tasks in worker processes: a worker does one after the other, and a failure of one does not affect the others.
 
 Workers are spawned, on every system alike, and get tasks and send messages through a pipe each. They compute in
-one thread each, do not hear Ctrl-C, stop when they are told to, and when the process that started them is gone.
+one thread each, ignore Ctrl-C, and stop on request or when the process that started them is gone.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ Tell = Callable[[Any], None]
 Task = Callable[[Any, Tell], None]
 """Does one item; a function at the top of a module, so that it can be sent."""
 
-_PATIENCE = 15.0  # s that a worker which is told to stop may take before it is killed
+_PATIENCE = 15.0  # s that a worker may take to stop on request before it is killed
 _ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 _DEAF_TO = (signal.SIGINT, signal.SIGTERM)  # Ctrl-C, and a cluster's end of a job, reach every process
 
@@ -37,7 +37,7 @@ class Outcome:
     """How an item ended.
 
     number : of the item
-    error : in a line; None for an item that is done
+    error : in one line; None for an item that is done
     bug : the traceback where the error is not one that netdae raises on purpose
     """
 
@@ -47,7 +47,7 @@ class Outcome:
 
 
 def processes_for(items: int, wish: int | None = None) -> int:
-    """Number of workers: the wish, by default one for each processor, never more than items."""
+    """Number of workers: as requested, by default one for each processor, never more than items."""
     if wish is not None and wish < 1:
         raise InputError(f"processes is {wish}: give 1 or more")
     available = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
@@ -59,7 +59,7 @@ def outcomes_of(
 ) -> Generator[Outcome, None, None]:
     """Do `task(item, report)` for each item in that many processes; yield the outcomes as they come.
 
-    hear : is called with an item's number and each message that the task reports
+    hear : is called with an item's number and each message from the task
 
     When the iterator is closed, or anything raises, the workers are stopped.
     """
@@ -105,7 +105,7 @@ class _Worker:
 
     def take(self, number: int, items: Sequence[Any]) -> None:
         self.number = number
-        with contextlib.suppress(OSError):  # of a process that has died: recv() reports
+        with contextlib.suppress(OSError):  # the process has died: recv() reports it
             self.connection.send(items[number])
 
     def end(self) -> int:
@@ -122,7 +122,7 @@ class _Worker:
 
 
 def _stop(workers: Sequence[_Worker]) -> None:
-    """End the workers, by kindness first."""
+    """Stop the workers, at first by request."""
     try:
         for worker in workers:
             with contextlib.suppress(OSError):
@@ -139,7 +139,7 @@ def _stop(workers: Sequence[_Worker]) -> None:
 
 
 def _work(connection: Connection, task: Task) -> None:
-    """What a worker does until it is told None, or nobody is there any more."""
+    """What a worker does until it receives None, or nobody is there any more."""
     for each in _DEAF_TO:
         signal.signal(each, signal.SIG_IGN)
 
@@ -173,7 +173,7 @@ def _done(task: Task, item: Any, report: Tell) -> tuple[str | None, str | None]:
 
 @contextlib.contextmanager
 def _deaf() -> Iterator[None]:
-    """Ignore Ctrl-C for a moment, so that processes started meanwhile ignore it from their birth."""
+    """Ignore Ctrl-C for a moment, so that processes started meanwhile ignore it from their start."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return

@@ -1,1 +1,1 @@
-"""Flights: what drives them, the methods they are flown with, and nets at rest."""
+"""The driver of flights, the integration methods, and nets at rest."""

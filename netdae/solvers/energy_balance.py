@@ -1,4 +1,4 @@
-"""The balance of a flight: dissipated energy, external work and impulse by quadrature over internal steps.
+"""The energy balance of a flight: dissipated energy, external work and impulse by quadrature over internal steps.
 
 Over one step of length h from (x₀, v₀) to (x₁, v₁), positions follow the cubic Hermite curve with the midpoint
 
@@ -64,7 +64,7 @@ class RunningBalance:
         return self._reported(NOTHING)
 
     def reported(self) -> EnergyBalance:
-        """EnergyBalance up to the last internal step, of which the peak tension is reported once."""
+        """EnergyBalance up to the last internal step; its peak tension is reported only once."""
         balance = self.balance()
         self._peak = 0.0
         return balance
@@ -79,7 +79,7 @@ class RunningBalance:
         return balance
 
     def enter(self, system: System, drive: Drive, state: State) -> FloatArray | None:
-        """Start the phase `system` at `state`; a jump of velocity adds its work and its impulse (3,), returned."""
+        """Start the phase `system` at `state`; a jump of velocity adds its work and its impulse (3,), also returned."""
         self._drive, self._held = drive, bool(drive.mask.any())
         jump = system.mass[:, None] * (state.v - self._last.v)
         impulse = None

@@ -56,9 +56,9 @@ def show(state: State, observers: Sequence[Any]) -> None:
 def begun(
     system: System, observers: Sequence[Any], *, resume: Mapping[str, Any] | None = None
 ) -> Iterator[None]:
-    """Begin the observers, in their order, and end them, in the reverse one.
+    """Begin the observers in order, and end them in reverse order.
 
-    resume : of a flight that goes on: those that have a `resume(system, memory)` are given it instead
+    resume : memory of a resumed flight; observers that have a `resume(system, memory)` are given it instead
     """
     with ExitStack() as ends:
         for observer in observers:

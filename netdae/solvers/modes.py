@@ -34,9 +34,9 @@ def frequencies(
     count : how many
     t : s, for loads that depend on time; by default the state's, or 0
 
-    Returns the frequencies (count,) in Hz, rising, and the modes (count, n, 3), scaled to φ·M φ = 1, zero on
+    Returns the frequencies (count,) in Hz, ascending, and the modes (count, n, 3), scaled to φ·M φ = 1, zero on
     restrained axes. A motion without stiffness, as of a slack node or a floating net, has 0 Hz. A negative number
-    −s reports of an unstable state, which leaves as exp(2πs·t); cables and dead loads alone never give one.
+    −s indicates an unstable state, which departs as exp(2πs·t); cables and dead loads alone never give one.
 
     Raises InputError where fewer than `count` axes are free, or `at` has the wrong shape.
     """
@@ -67,12 +67,12 @@ def frequencies(
 
 
 def _lowest(A: sparse.csc_matrix, count: int, stiffest: float) -> tuple[FloatArray, FloatArray]:
-    """The `count` lowest eigenvalues of A, rising, and their orthonormal vectors."""
+    """The `count` lowest eigenvalues of A, ascending, and their orthonormal vectors."""
     size = A.shape[0]
     touched = abs(A).sum(axis=0) > 0
     stiff, loose = np.flatnonzero(touched), np.flatnonzero(~touched)[:count]
     squares, psi = _lowest_stiff(A[stiff][:, stiff], min(count, len(stiff)), stiffest)
-    # axes that nothing touches have 0 each, and would trouble the solver by their number
+    # axes that nothing couples have 0 each; many of them would trouble the solver
     values = np.concatenate((squares, np.zeros(len(loose))))
     vectors = np.zeros((size, len(values)))
     vectors[stiff, : len(squares)] = psi

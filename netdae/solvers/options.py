@@ -1,4 +1,4 @@
-"""How sharply a flight is integrated."""
+"""How accurately a flight is integrated."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ PRESETS: dict[Accuracy, tuple[float, float, float]] = {
     "standard": (1e-4, 1e-5, 3e-4),  # at 1e-3 m/s IDA itself takes 1 to 3 % of the energy of a 1 s flight
     "accurate": (1e-5, 1e-6, 1e-4),
 }
-"""rtol, atol_position in m, atol_velocity in m/s; what each keeps is measured by `scripts/accuracy.py`."""
+"""rtol, atol_position in m, atol_velocity in m/s; `scripts/accuracy.py` measures what each achieves."""
 
 
 FINEST_RTOL, COARSEST_RTOL = 1e-13, 0.1
-"""Finer, round-off fails the error test and the flight creeps; coarser, nothing is left of it."""
+"""Finer, round-off fails the error test and the flight creeps; coarser, the result means nothing."""
 
 
 HIGHEST_ORDER = 5  # of IDA's BDF formulas
@@ -31,15 +31,15 @@ HIGHEST_ORDER = 5  # of IDA's BDF formulas
 class SolverOptions:
     """The method of a flight, its tolerances and limits.
 
-    method : "ida", or "explicit" for the velocity Verlet, whose step length `accuracy` and `max_step` set; to
-        compare with, CVODE (cvode_bdf, cvode_adams) and SciPy (rk45, dop853, radau, bdf, lsoda) on the same forces
+    method : "ida", or "explicit" for the velocity Verlet, whose step length `accuracy` and `max_step` set; for
+        comparison, CVODE (cvode_bdf, cvode_adams) and SciPy (rk45, dop853, radau, bdf, lsoda) on the same forces
     accuracy : preset of the three tolerances below, each of which overrides it
     rtol : relative tolerance of positions and velocities
     atol_position : m; atol_velocity : m/s
     max_order : of the BDF formulas, 1 to 5; 5 by default
     max_step : s; none by default
-    products : "frozen" takes each Newton solve for exact, as a direct solver does; "true" lets GMRES iterate
-        with the true Jacobian, which is slower: the check of the former
+    products : "frozen" treats each Newton solve as exact, as a direct solver does; "true" lets GMRES iterate
+        with the true Jacobian, which is slower and serves as a check of the former
 
     Raises InputError for values out of range.
     """
@@ -77,7 +77,7 @@ class SolverOptions:
 
     @property
     def in_force(self) -> dict[str, float]:
-        """The tolerances and the order that the method works with, by name; none for the explicit one."""
+        """The tolerances and the order that the method uses, by name; none for the explicit one."""
         if self.method == "explicit":
             return {}
         names = ("rtol", "atol_position", "atol_velocity")

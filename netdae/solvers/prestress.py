@@ -3,7 +3,7 @@
 Symbols: x (n, 3); f sum of forces (n, 3), −f the gradient of the potential energy; T = −∂f/∂x; R a graph
 Laplacian with EĀ/L̄ of every cable; for a cable d = xⱼ − xᵢ, E11, g = S11/E, q = S11 Ā/L̄ as in `forces.cables`.
 
-The fading prestress is EĀδ/2 or so in every cable, slack or taut,
+The fading prestress is about EĀδ/2 in every cable, slack or taut,
 
     S11 = E g(P) dP/dE11,       P = ½ (E11 + √(E11² + 4δ²)),
 
@@ -64,13 +64,13 @@ class PrestressedNet:
         k = self._cables.EA / self._cables.L
         elements = self._elements(k, np.zeros((len(k), 3, 3)))
         laplacian = assembled(elements, self._cables.nodes, system.net.node_count)
-        # the share of the diagonal holds a net that floats
+        # the share of the diagonal holds a floating net
         self.R = laplacian + 1e-6 * sparse.diags_array(laplacian.diagonal())
 
     # Loads
 
     def check_carried(self, x: FloatArray) -> None:
-        """Raise RunError where a load falls on a part that nothing holds; pin one node of a part that floats."""
+        """Raise RunError where a load acts on a part that nothing holds; pin one node of a part that floats."""
         p = self._sum_of(self._others, x)
         loads = np.abs(np.where(self._system.restrained, 0.0, p)).max(axis=1)
         self._load = float(loads.max())
@@ -99,7 +99,7 @@ class PrestressedNet:
         return f
 
     def allowed(self, x: FloatArray) -> float:
-        """Force that may be left, N; more while a prestress fades."""
+        """Residual force allowed, N; larger while a prestress fades."""
         stiffest = float((self._cables.EA / self._cables.L).max())
         round_off = 8 * math.ulp(float(np.abs(x).max())) * stiffest
         if self.delta > 0:
@@ -150,7 +150,7 @@ class PrestressedNet:
         return total
 
     def failure(self, x: FloatArray) -> str:
-        """What to say where nothing converges."""
+        """The error message where nothing converges."""
         f = np.abs(self.force(x))
         node, axis = np.unravel_index(int(np.argmax(f)), f.shape)
         return (

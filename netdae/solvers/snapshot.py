@@ -1,4 +1,4 @@
-"""A place in a flight from which it can go on, and the arrays that it is kept in."""
+"""A snapshot of a flight, from which it can go on, and the arrays in which it is kept."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _SOLVER, _EVENTS = "solver.", "events."
 
 
 class Snapshot(NamedTuple):
-    """A place between two calls of the integrator.
+    """A flight between two calls of the integrator.
 
     state : with its balance
     stage, phase : s, where the running stage and phase began
@@ -25,7 +25,7 @@ class Snapshot(NamedTuple):
     fired : times of the events that have happened, by name
     impulses : (time, impulse (3,) in N s) of jumps of velocity
     counts, seconds : of the integrator
-    solver, events : what the integrator and the event_search of events need to go on
+    solver, events : what the integrator and the event search need to go on
     shown : how many internal steps the watchers have seen
     stopped : whether an event has ended the flight here
     """
@@ -44,7 +44,7 @@ class Snapshot(NamedTuple):
     stopped: bool
 
     def memory(self, frames: int, frame: float, anchor: FloatArray, total_seconds: float) -> dict[str, Any]:
-        """As arrays, with the number and time of the frames yielded since, and where driven nodes count from."""
+        """As arrays, with the number of frames yielded, the time of the last one, and the anchors of driven nodes."""
         state, balance = self.state, self.state.balance
         return {
             "t": np.array(state.t),

@@ -1,16 +1,16 @@
-"""Static equilibrium: the positions where cables and loads prestressed, S(x) x = p.
+"""Static equilibrium: the positions where cables and loads balance, S(x) x = p.
 
-Symbols as in `prestressed`: x (n, 3); f sum of forces (n, 3); T = −∂f/∂x; R a graph Laplacian of the cables; δ fade.
+Symbols as in `prestress`: x (n, 3); f sum of forces (n, 3); T = −∂f/∂x; R a graph Laplacian of the cables; δ fade.
 
 The energy of cables that pull and never push is convex in x, whatever the law, and a dead load is linear:
-with dead loads every equilibrium is a global minimum. There is one if and only if no load is left along an
-axis on a connected part of the net that nothing holds along this axis.
+with dead loads every equilibrium is a global minimum. There is one if and only if no resultant load acts along
+an axis on a connected part of the net that nothing holds along this axis.
 
-Newton's method takes T + μR for T, since T is singular for slack or straight unstressed cables, and searches
-along each step for the place where the slope −f·u vanishes: slopes stay sharp where energies drown in
-round-off. Where this does not get through the many kinks of a slack net, load stepping does, turned round: a
+Newton's method uses T + μR in place of T, since T is singular for slack or straight unstressed cables, and
+searches along each step for the place where the slope −f·u vanishes: slopes stay accurate where energies are
+lost in round-off. Where this fails at the many kinks of a slack net, load stepping is used, but in reverse: a
 net without stiffness cannot carry the first small share of a load, so the whole load acts from the first step
-on, beside a prestress that fades from step to step; the last step has the law itself.
+on, with a prestress that fades from step to step; the last step has the law itself.
 """
 
 from __future__ import annotations
@@ -54,9 +54,9 @@ class Equilibrium:
     state : the State at rest; fit for the start of a flight
     residual : N, the largest component of force left on a free axis
     reactions : (n, 3), N, what the restraints put on each node, zero on free axes
-    mechanisms : slack parts, which could as well rest elsewhere; empty where tension holds every node
+    mechanisms : slack parts, which could equally rest elsewhere; empty where tension holds every node
     iterations : of Newton's method, all steps together
-    load_steps : steps in which a prestress faded; 0 where Newton's method went straight
+    load_steps : steps in which a prestress faded; 0 where Newton's method converged directly
     """
 
     state: State
@@ -89,10 +89,10 @@ def equilibrium(
 ) -> Equilibrium:
     """Rest position of `system` under its loads at time t, by minimising the potential energy.
 
-    start : a State or positions (n, 3) from which to begin; it decides only where nothing else does, as for
+    start : a State or positions (n, 3) from which to begin; it matters only where nothing else decides, as for
         slack parts. Restrained axes stay at their starting places, moved by their motions at t.
     t : s, by default the start's, or 0
-    tolerance : largest force left over the largest load or tension; the round-off of the forces is allowed anyway
+    tolerance : largest residual force over the largest load or tension; round-off of the forces is always allowed
 
     Raises InputError for a start of the wrong shape, RunError where nothing carries a load or nothing converges.
     """
@@ -142,7 +142,7 @@ def _start_of(system: System, start: State | ArrayLike, t: float | None) -> tupl
 def _newton(
     prestressed: PrestressedNet, x: FloatArray, limit: int, *, mu: float
 ) -> tuple[FloatArray, bool, int]:
-    """Positions, whether they prestressed, and the iterations taken, at most `limit`."""
+    """Positions, whether they balance, and the iterations taken, at most `limit`."""
     f = prestressed.force(x)
     for iteration in range(limit):
         if np.abs(f).max() <= prestressed.allowed(x):
@@ -205,7 +205,7 @@ def _search(
 def _mechanisms(system: System, x: FloatArray, least_tension: float) -> tuple[Mechanism, ...]:
     """Parts that hang together by tension, with the axes along which none of their nodes is restrained.
 
-    u·T u = Σ q |uⱼ − uᵢ|² + ... vanishes just for u that is the same all over such a part.
+    u·T u = Σ q |uⱼ − uᵢ|² + ... vanishes only for u that is constant over such a part.
     """
     taut = system.net.cables[system.tension(x) > least_tension]
     count, part = connected_components(graph_of(taut, system.net.node_count))

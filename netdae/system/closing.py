@@ -1,17 +1,17 @@
-"""What closes a net: winches that draw pairs of nodes together, and drawcords through rings along its mouth.
+"""Closing of a net: winches that draw pairs of nodes together, and drawcords through rings along its mouth.
 
-Symbols: L̄₀ rest length before, s length wound in, L̄ = L̄₀ − s; F force and v speed of a motor, J/R² inertia of its
-drum. Each is a cord, one or more cables of the same net, on a reel of its own (`reels`) with a motor (`forces.motor`):
-the drum is held until the closing begins, winds in at v as far as F goes, ends at a stop where L̄ is the final length,
+Symbols: L̄₀ rest length before, s length wound in, L̄ = L̄₀ − s; F force and v speed of a motor, J/R² inertia of its drum.
+Each is a cord, one or more cables of the same net, on a reel of its own (`reels`) with a motor (`forces.motor`): the
+drum is held until the closing begins, winds in at v as long as F suffices, ends at a stop where L̄ is the final length,
 and is held there by stop and pawl. The motor's work is external work.
 
-How sharply a closing has to be flown. What has most of the mass, bullets and corners, is moved by jerks: a cord that
-goes taut at some u ≈ v and pushes them off again. They are a few of the many unknowns of which IDA's error norm is the
-mean, so that they may be wrong by several times the tolerance; and BDF damps a jerk, so that the errors of its N steps
-have one sign: up to a_v N, not a_v √N. N is 10² to 10³, and a_v = 10⁻⁵ v leaves the most part of 1 % of v. Positions
-take errors of a_v times a step of some ms: a_x = a_v · 10 ms. In the orbit's frame they come to metres: rtol = 10⁻⁵
-keeps them to less than the stretch of a cord. The speed that matters is that of winding in, for winches between
-massive nodes as for cords along the mouth: see `closing_tolerances`.
+How fine the tolerances of a closing must be. Bullets and corners, which have most of the mass, are moved by jerks: a
+cord goes taut at some u ≈ v and pushes them off again. They are a few of the many unknowns over which IDA's error norm
+is the mean, so their errors may be several times the tolerance; and BDF damps a jerk, so the errors of its N steps have
+one sign: up to a_v N, not a_v √N. N is 10² to 10³, and a_v = 10⁻⁵ v keeps the error to 1 % of v. Positions get errors
+of a_v times a step of some ms: a_x = a_v · 10 ms. In the orbit's frame they come to metres: rtol = 10⁻⁵ keeps them to less
+than the stretch of a cord. The relevant speed is that of winding in, for winches between massive nodes as well as for
+cords along the mouth: see `closing_tolerances`.
 """
 
 from __future__ import annotations
@@ -37,21 +37,21 @@ CREEP = 0.01
 """Creep speed v₁ of a pawl over the motor's speed."""
 
 SHARE = 1e-5
-"""rtol of a closing, and its absolute tolerance of velocities over the speed of winding in."""
+"""rtol of a closing, and its absolute tolerance of velocities relative to the speed of winding in."""
 
 SPIN_UP = 0.01
-"""Time in s in which a motor gives its own drum its speed, where the drum's inertia is not given: J/R² = F t/v."""
+"""Time in s in which a motor brings its own drum to speed, where the drum's inertia is not given: J/R² = F t/v."""
 
 
 @dataclass(frozen=True)
 class Haul:
     """How a cord is wound in.
 
-    speed : v, m/s; force : F, N, the most that the motor pulls with
+    speed : v, m/s; force : F, N, the largest pull of the motor
     final_length : m, rest length at which it ends
     begin : s, or the name of an event, at which it begins; None for the start
     hold : s, or the name of an event, at which the drum is locked for good; None for pawl and stop alone
-    drum_inertia : J/R², kg; None for what the motor gives its speed to in `SPIN_UP`
+    drum_inertia : J/R², kg; None for what the motor brings to speed in `SPIN_UP`
 
     Raises InputError for values out of range.
     """
@@ -117,7 +117,7 @@ class Drawcord:
     group : node group through whose nodes it runs; or
     nodes : their numbers, in the order of the cord
     closed : True where it comes back to its first ring, in front of the drum
-    length : L̄₀, m; None for its way in x̄
+    length : L̄₀, m; None for its path length in x̄
     rings : size and friction; both ends of a closed cord go into the drum unless `rings.fastened`
 
     With a group, the order is that of the closed loop of net cables through it, see `mouth`, from its smallest node;
@@ -155,7 +155,7 @@ class Tolerances(NamedTuple):
 
 
 def closing_tolerances(speed: float) -> Tolerances:
-    """Tolerances at which a net that is closed at `speed` in m/s closes as at finer ones, to 1 % of the area it had.
+    """Tolerances at which a net closed at `speed` in m/s agrees with finer ones to 1 % of its initial area.
 
     Measured: areas in m² and, in percent, the share of the motors' work that is not accounted for; f is the factor on
     all three tolerances, below it the explicit method at accuracy "accurate".
@@ -177,9 +177,9 @@ def closing_tolerances(speed: float) -> Tolerances:
         these     16.754  7.260  1.118  −0.1   18 468         16.533  7.612  1.423   −1.6  47 144
         f = 0.1   16.750  7.224  1.150  −0.1   31 087         16.533  7.619  1.515   −0.1  92 335
 
-    Slower, a preset is silently wrong: 11 × 11 knots, a cord wound in from 20 m at 1 m/s by 50 N (drum 1 kg, v₀ =
-    0.02 v), the mouth after 6, 8 and 10 s: 10.75 5.30 1.47 by these, 10.61 5.05 1.24 by standard, 10.15 7.46 4.75 by
-    fast.
+    For a slower closing a preset is silently wrong: 11 × 11 knots, a cord wound in from 20 m at 1 m/s by 50 N
+    (drum 1 kg, v₀ = 0.02 v), the mouth after 6, 8 and 10 s: 10.75 5.30 1.47 by these, 10.61 5.05 1.24 by standard,
+    10.15 7.46 4.75 by fast.
     """
     if not (math.isfinite(speed) and speed > 0):
         raise InputError(f"closing: speed is {speed:g} m/s: give a finite number above zero")
@@ -201,7 +201,7 @@ def sharp_enough(in_force: tuple[float, float, float], closings: Sequence[Closin
 
 
 def accuracy_reported(in_force: tuple[float, float, float], closings: Sequence[Closing]) -> str | None:
-    """The sentence with which a run says how its tolerances stand to its closings; None where there are none."""
+    """The sentence in which a run compares its tolerances with those that its closings need; None without closings."""
     if not closings:
         return None
     speed = min(closing.haul.speed for closing in closings)

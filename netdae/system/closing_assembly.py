@@ -1,4 +1,4 @@
-"""A net with what closes it: cords and drums are more cables and nodes of the same net."""
+"""A net with its closings: cords and drums are additional cables and nodes of the same net."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ CABLES, DRUMS = "closing", "drums"
 
 @dataclass(frozen=True, eq=False)
 class Closed:
-    """A net with what closes it, and what a System takes beside it.
+    """A net with its closings, and what a System takes besides it.
 
-    net, start : with the drums' nodes behind the net's own. Cable group "closing", and "closing_1", "closing_2", ...
+    net, start : with the drums' nodes after the net's own. Cable group "closing", and "closing_1", "closing_2", ...
         for each of the closings; node group "drums"
     reels, restraints, forces : of the System; numbers : for each restraint, from 0, the closing whose drum it holds;
         materials : cable group to Material, to be added to the net's own
@@ -56,10 +56,10 @@ class _Cord:
 
 
 def with_closings(net: CableNet, start: State, closings: Sequence[Closing]) -> Closed:
-    """The net with winches and drawcords, and the start of all together.
+    """The net with winches and drawcords, and their joint initial state.
 
     Raises InputError as `check_closing` does, where the net has groups of these names, and where a cord is so short
-    that it pulls at the start with more than its motor.
+    that it pulls harder at the start than its motor.
     """
     for kind, names, groups in (
         ("node", (DRUMS,), net.node_groups),
@@ -119,7 +119,7 @@ def with_closings(net: CableNet, start: State, closings: Sequence[Closing]) -> C
 
 
 def check_closing(net: CableNet, closing: Closing, begin: float) -> None:
-    """Raise InputError where a closing does not go with a net, or begins before the flight does at `begin` in s."""
+    """Raise InputError where a closing does not fit a net, or begins before the flight does at `begin` in s."""
     _check_times(closing.haul, begin)
     _cords_of(net, closing)
 
@@ -239,7 +239,7 @@ def _check_final(haul: Haul, length: float, least: float) -> None:
 
 
 def _check_start(cord: _Cord, x: FloatArray) -> None:
-    """Raise InputError where a cord pulls at the start, with x (n, 3), with more than its motor."""
+    """Raise InputError where a cord pulls harder at the start, x (n, 3), than its motor."""
     d = np.linalg.norm(x[cord.cables[:, 1]] - x[cord.cables[:, 0]], axis=1)
     size = cord.closing.rings.size if isinstance(cord.closing, Drawcord) else 0.0
     way, length, material = float(np.hypot(d, size).sum()), float(cord.L.sum()), cord.closing.material

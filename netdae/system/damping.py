@@ -1,6 +1,6 @@
 """Choices of damping: the objective dashpot, Rayleigh damping, none.
 
-Each says which viscosity time τ (m,) the cables have and which further forces it brings.
+Each defines the viscosity time τ (m,) of the cables and any further forces.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from netdae.model.net import CableNet
 
 
 class Damping(Protocol):
-    """What System needs of a damping."""
+    """What System requires of a damping."""
 
     def viscosity_times(self, net: CableNet, cords: Cords) -> FloatArray:
         """τ of every cable, (m,), s."""
         ...
 
     def forces(self, net: CableNet, cords: Cords, mass: FloatArray) -> list[Force]:
-        """Damping forces beside the dashpot."""
+        """Damping forces besides the dashpot."""
         ...
 
 
@@ -115,7 +115,7 @@ class Rayleigh:
 
 
 def check_damping(damping: Damping, *, slides: bool) -> None:
-    """Raise InputError for what is no damping, and for one that no cord can have that slides through rings."""
+    """Raise InputError for an object that is no damping, and for one that a drawcord cannot have."""
     if not hasattr(damping, "viscosity_times"):
         raise InputError(f"damping is {damping!r}: give a Dashpot, Rayleigh, or NoDamping() for none")
     if slides and isinstance(damping, Rayleigh) and damping.beta > 0:

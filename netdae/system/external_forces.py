@@ -4,22 +4,22 @@ Symbols, all of the net without a tether: m mass, m_c that of its cords, L size,
 neighbours, t flight time, D = max(L, v t) reach, A = Σ d L̄ area of the cords seen from the side; λ mass per length
 of a cord and c = √(EĀ/λ) its wave speed; n, a, V mean motion, radius and speed of the orbit, see `earth`.
 
-Snap. A cord whose end is pulled with w sends off an elastic wave in which the strain is w/c and the tension
-EĀ w/c = w √(EĀλ). A knot that is much heavier than the cord, or held, throws the wave back and doubles it: 2 w/c.
-By energy the same: a knot with the mass μ = 2 λ L̄ of its four half cables, jerked with w by the bullet before it,
-stretches the cord until ½ μ w² = ½ EĀ L̄ ε², which gives ε = √2 w/c. The first is taken.
+Snap. A cord whose end is pulled with w emits an elastic wave in which the strain is w/c and the tension
+EĀ w/c = w √(EĀλ). A knot that is much heavier than the cord, or held, reflects the wave and doubles it: 2 w/c. Energy
+gives about the same: a knot with the mass μ = 2 λ L̄ of its four half cables, jerked with w by the bullet before it,
+stretches the cord until ½ μ w² = ½ EĀ L̄ ε², which gives ε = √2 w/c. The first is used.
 
-Orbit. In the frame of a circular orbit the acceleration is 3n²x + 2nẏ, −2nẋ, −n²z and of higher order the terms of
+Orbit. In the frame of a circular orbit the acceleration is 3n²x + 2nẏ, −2nẋ, −n²z and, at higher order, the terms of
 μ/(a + x)² = n²a (1 − 2x/a + 3x²/a² ...): n times 2v, n² times 3D, n² times 3D²/a.
 
 Oblateness. Over the pole the acceleration J₂ adds is 3 μ J₂ R²/r⁴ outward; over a distance D along r it differs by
 12 μ J₂ R²/r⁵ D = 12 J₂ (R/a)² n² D. That is the largest eigenvalue of its gradient at any latitude.
 
-Displacement. A constant F moves a mass by ½ (F/m) t². Differential forces do so with the ends of the reach against
-each other, drag and sunlight with the cords against the bullets: ½ (F/m_c) t² where areas of bullets are unknown, else
-½ a t² with the larger acceleration a of cords and bodies. Inertia carries the net v t, a snap changes speeds by w and
-so shifts by w t; gravity moves it by its fall, see `scales`, and air cannot take away more than the path through it.
-Nothing moves a net that is held further than its size.
+Displacement. A constant F moves a mass by ½ (F/m) t². Differential forces move the ends of the reach relative to each
+other, drag and sunlight the cords relative to the bullets: ½ (F/m_c) t² where areas of bullets are unknown, else ½ a t²
+with the larger acceleration a of cords and bodies. Inertia carries the net v t, a snap changes speeds by w and so
+shifts by w t; gravity moves it by its fall, see `scales`, and air cannot take away more than the path through it.
+Nothing moves a held net further than its size.
 
 Air. A net that falls in air gets no faster than u = √(2 m g/(ρ C_n A)), at which the drag is its weight.
 """
@@ -38,7 +38,7 @@ from netdae.system.surface_forces import SurfaceForce, surface_force_of
 from netdae.system.system import System
 
 ON_GROUND = {"gravity", "air"}
-"""Of what a system may have, what no orbit has."""
+"""Forces that a system may have but no orbit has."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class ExternalForce:
     displacement : m, that it causes over the flight
     included : whether the system has it
     formula, source : in the symbols of the module; author and year
-    remedy : what to write into a scenario to have it; empty where netdae has no model of it
+    remedy : what to write into a scenario to include it; empty where netdae has no model of it
     """
 
     name: str
@@ -71,10 +71,10 @@ def external_forces_of(
     charge: float = 0.0,
     current: float = 0.0,
 ) -> list[ExternalForce]:
-    """Forces on the net of a system just after t, in no order.
+    """Forces on the net of a system just after t, in no particular order.
 
     included : which of orbit, drag, sunlight, air and gravity the system has
-    altitude : m, of the circular orbit; None leaves out what acts in orbit alone
+    altitude : m, of the circular orbit; None leaves out what acts in orbit only
     charge : C, on a net that holds one; current : A, along a net that carries one
     """
     forces = [*_of_the_net(scales), *_of_laws(system, scales)]
@@ -189,8 +189,8 @@ def _pushed(
 ) -> Iterator[ExternalForce]:
     """The system's own push where it has one, and an estimate of that on its cords, N, where they have none.
 
-    formula : the law, and the origin of its factors in the one case and in the other
-    kind : of [[loads]] in a scenario; path : m, that it cannot move the net further than
+    formula : the law, and the origin of its factors in either case
+    kind : of [[loads]] in a scenario; path : m, the furthest that it can move the net
     """
     law, own, typical = formula
     most = "" if path == math.inf else ", the path at most"
@@ -219,7 +219,7 @@ def _moves(push: SurfaceForce) -> str:
 def _lorentz(s: Scales, altitude: float, charge: float, current: float) -> ExternalForce:
     """Largest force of the dipole's field on a net: over a pole, where it is twice that of the equator.
 
-    A net that floats at 1 V against the plasma, taken for a sphere of its size, holds 4πε₀ (L/2) 1 V: 4e-10 C for
+    A net that floats at 1 V against the plasma, taken as a sphere of its size, holds 4πε₀ (L/2) 1 V: 4e-10 C for
     7 m, on which the field pulls with 1e-10 N.
     """
     B, V = 2 * earth.magnetic_field(altitude), earth.circular_speed(altitude)

@@ -20,9 +20,9 @@ def lumped_masses(
 ) -> FloatArray:
     """Knots, ½ ρ̄L̄Ā from each cable by Eq. (7), bullets and drums, (n,), kg.
 
-    masses : node group to what each of its nodes carries beside its cables, kg
+    masses : node group to what each of its nodes carries besides its cables, kg
 
-    Raises InputError for an unknown group or a mass that is not finite or below zero.
+    Raises InputError for an unknown group or a mass that is negative or not finite.
     """
     half = 0.5 * cords.linear_density * net.rest_length
     mass = np.zeros(net.node_count)

@@ -1,7 +1,7 @@
 """The paper's matrices, written as in the paper: Eqs. (1) to (9) element by element, assembled by scipy.
 
-Nothing in a flight uses this module: it is for the study of the model, and the tests hold the compiled
-forces against it. Symbols: xₑ (m, 6) positions of a cable's two nodes, Δ (6, 6), Aₑ the choice of its rows.
+Nothing in a flight uses this module: it is for studying the model, and the tests compare the compiled
+forces with it. Symbols: xₑ (m, 6) positions of a cable's two nodes, Δ (6, 6), Aₑ the selection of its rows.
 """
 
 from __future__ import annotations

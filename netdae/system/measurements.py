@@ -1,4 +1,4 @@
-"""What is measured of a net at one instant, in one pass: System's own methods take five times as long."""
+"""Measurements of a net at one instant, in one pass: System's own methods take five times as long."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ MEASURE_NAMES = (
     "turn_moment",
     "tether_tension",
 )
-"""Names of what `Measurements.measure` gives, in SI units.
+"""Names of the measurements that `Measurements.measure` returns, in SI units.
 
 tension, load (tension over strength), strain and toe_multiple (the law's own strain over toe strain) are the
 largest of the net, ..._cable their cables; taut_count and toe_count count the cables with a toe that are taut, and
-that are in it. speed_moment is Σ m |v| and turn_moment Σ m |x × v|, against which errors of momenta are given.
+those in the toe. speed_moment is Σ m |v| and turn_moment Σ m |x × v|, to which errors of momenta are related.
 tether_tension is the largest of the cable group "tether", nan where there is none.
 """
 
@@ -47,7 +47,7 @@ class Cordage(NamedTuple):
 
     paid_out : s of the tether's reel; tether_tension : the largest of the cable group "tether"
     chaser_distance : from the centre of mass of the net's own nodes to the chaser
-    closing_length : rest length that the drums have left of all closing cords; closing_tension : their largest
+    closing_length : rest length of all closing cords that is left outside the drums; closing_tension : their largest
     """
 
     paid_out: float
@@ -59,7 +59,7 @@ class Cordage(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Measurements:
-    """A system with what its measures need.
+    """A system with the data that its measurements need.
 
     own_mass : (n,), kg, of the net's own nodes: without tether, chaser and reels
     tether : (m,), True at the cables of the tether, without the legs of a bridle
@@ -103,7 +103,7 @@ class Measurements:
         )
 
     def tether_at(self, x: FloatArray) -> dict[str, float]:
-        """Paid-out length, rest length and mass left of the tether and its chaser's distance; what it has of them."""
+        """Paid-out length, rest length and mass left of the tether and its chaser's distance; those that exist."""
         system, now = self.system, self.cordage_at(x)
         reel, density = system.net.node_groups.get("reel", _NONE), system.cords.linear_density
         left = [density[each.cables[0]] * x[each.node, 0] for each in system.reels if each.node in reel]
@@ -119,12 +119,12 @@ class Measurements:
         """Unit vector (3,) of the momentum of the net's own nodes; None where they have none."""
         momentum = self.own_momentum(v)
         size = float(np.linalg.norm(momentum))
-        # what is left of moments that cancel is round-off and has no direction
+        # the remainder of momenta that cancel is round-off and has no direction
         moving = size > 1e-9 * float(self.own_mass @ np.linalg.norm(v, axis=1))
         return momentum / size if moving else None
 
     def measure(self, x: FloatArray, v: FloatArray) -> tuple[float, ...]:
-        """What `MEASURE_NAMES` names."""
+        """The measurements named in `MEASURE_NAMES`."""
         system = self.system
         cables = system.cables_at(x)
         measured = _measured(

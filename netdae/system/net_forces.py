@@ -20,7 +20,7 @@ from netdae.system.assembly import BlockPattern, scatter_add, scatter_blocks
 
 
 class Powers(NamedTuple):
-    """What all forces store, take and bring at one instant.
+    """Energy, powers and external wrench of all forces at one instant.
 
     stored : J; dissipated, external : W; wrench : force in N and torque about the origin in N m from outside, (2, 3)
     """
@@ -48,7 +48,7 @@ class NetForces:
 
     @classmethod
     def of(cls, forces: Sequence[Force], in_space: BoolArray) -> NetForces:
-        """Forces on a net of which `in_space` (n,) are places in space."""
+        """Forces on a net; `in_space` (n,) is True at points in space."""
         coupled = [coupled_by(force) for force in forces]
         pattern = BlockPattern.of(len(in_space), [nodes for nodes in coupled if nodes is not None])
         blocks = tuple(None if nodes is None else pattern.places_of(nodes) for nodes in coupled)
@@ -92,7 +92,7 @@ class NetForces:
         return float(self.storing.sums(t, x, np.zeros_like(x))[STORED])
 
     def powers(self, t: float, x: FloatArray, v: FloatArray) -> Powers:
-        """Stored energy, powers and wrench from outside."""
+        """Stored energy, powers and external wrench."""
         sums = self.table.sums(t, x, v)
         wrench = sums[FORCE:TENSION].reshape(2, 3)
         return Powers(float(sums[STORED]), float(sums[DISSIPATED]), float(sums[EXTERNAL]), wrench)
@@ -104,7 +104,7 @@ def stores_energy(force: Force) -> bool:
 
 
 def coupled_by(force: Force) -> IntArray | None:
-    """Nodes (m, k) among which blocks couple all, None where there are none."""
+    """Nodes (m, k) that blocks couple with each other, None where there are none."""
     if force.newton == "nothing":
         return None
     return cast(LinkedForce, force).links if force.newton == "links" else force.nodes

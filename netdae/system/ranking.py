@@ -1,4 +1,4 @@
-"""A ranking of the forces on a net: the one that moves it most comes first, and those that a system lacks are given."""
+"""A ranking of the forces on a net: the one that moves it most comes first; those that a system lacks are reported."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from netdae.system.surface_forces import kind_of
 from netdae.system.system import System
 
 SIGNIFICANT = 0.01
-"""Displacement over size from which a force matters."""
+"""Displacement over size above which a force matters."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ def ranking_of(
     charge : C, on a net that holds one; current : A, along a net that carries one
 
     Uniform gravity and air are listed where the system has one of them.
-    Raises InputError for a flight time, altitude, charge or current that cannot be.
+    Raises InputError for a flight time, altitude, charge or current that is impossible.
     """
     if not (math.isfinite(flight_time) and flight_time > 0):
         raise InputError(f"flight time is {flight_time:g} s: give a time above zero")
@@ -85,6 +85,6 @@ def included_in(system: System, t: float = 0.0) -> frozenset[str]:
 
 
 def orbit_altitude(system: System) -> float | None:
-    """Altitude in m of the orbit that a system has; raises InputError where the Earth has none like it."""
+    """Altitude in m of the orbit that a system has; raises InputError where the Earth has no such orbit."""
     orbits = [force for force in system.forces if isinstance(force, ElementForce) and force.law is ORBIT]
     return earth.altitude_of(orbits[0].parameters.mean_motion) if orbits else None

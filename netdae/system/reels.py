@@ -2,7 +2,7 @@
 
 Symbols: s length paid out in m, J drum's moment of inertia, R its radius; L̄(s) = L̄₀ + σ s, see `forces.reel`.
 The node's x-coordinate is s, its mass J/R² in kg; y and z are held. No cable ends at it. Driving its x axis by a
-table reels at a given rate, and the reaction's work is the motor's; fixing the axis locks the reel.
+table reels at a given rate, and the work of the reaction is the motor's; fixing the axis locks the reel.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ from netdae.model.restraints import Restraint
 
 CREEP = 1e-3
 """Creep speed v₀ of a brake, m/s: at half of the brake force a drum creeps 0.6 mm/s, 3.5 cm in a minute. Slower
-would be finer than the 3e-4 m/s to which the standard accuracy knows velocities, and stiffer for no gain."""
+would be finer than the 3e-4 m/s error of velocities at the standard accuracy, and stiffer for no gain."""
 
 LEAST = 0.1
 """Share of its length L̄₀ down to which a reel may wind in a cable; a stop there keeps rest lengths above zero."""
 
 LEAST_OF_CORD = 0.01
-"""The same of a whole cord through rings, which no single cable limits."""
+"""The same for a whole cord through rings, which no single cable limits."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +86,7 @@ class Reel:
 
 
 def check_reels(reels: Sequence[Reel], net: CableNet) -> None:
-    """Raise InputError where reels and net do not go together."""
+    """Raise InputError where reels and net do not match."""
     taken: set[int] = set()
     for reel in reels:
         if not 0 <= reel.node < net.node_count:
@@ -143,7 +143,7 @@ def reeled_cables(reels: Sequence[Reel], cable_count: int) -> BoolArray:
 
 
 def rest_lengths(L: FloatArray, reels: Sequence[Reel], x: FloatArray) -> FloatArray:
-    """Rest lengths (m,) now, m, from those where s = 0, L (m,), and the positions of all nodes x (n, 3)."""
+    """Current rest lengths (m,), m, from those at s = 0, L (m,), and the positions of all nodes x (n, 3)."""
     now = L.copy()
     for reel in reels:
         if reel.rings is None:
@@ -152,7 +152,7 @@ def rest_lengths(L: FloatArray, reels: Sequence[Reel], x: FloatArray) -> FloatAr
 
 
 def slid_lengths(L: FloatArray, reels: Sequence[Reel], net: CableNet, x: FloatArray) -> FloatArray:
-    """Rest lengths (m,) like `rest_lengths`, and of cords through rings what of them lies between each two, m.
+    """Rest lengths (m,) like `rest_lengths`, but of drawcords the part between each two rings, m.
 
     The whole cord has one strain, that of its total length l = Σ √(d·d + η²): a piece of the length |d| has the
     rest length |d| L̄/l.
@@ -170,7 +170,7 @@ def slid_lengths(L: FloatArray, reels: Sequence[Reel], net: CableNet, x: FloatAr
 
 
 def restraints_of(reels: Sequence[Reel]) -> tuple[Restraint, ...]:
-    """What holds the axes y and z, which mean nothing, of drums without inertia; no force moves those of the others."""
+    """Restraints of the unused axes y and z of drums without inertia; no force moves those of the others."""
     return tuple(Restraint((reel.node,), axes="yz") for reel in reels if reel.inertia == 0)
 
 
@@ -178,9 +178,9 @@ def forces_of(reels: Sequence[Reel], net: CableNet, cords: Cords, tau: FloatArra
     """Forces of the reels on a net whose cables are made of `cords` and have the viscosity times tau (m,), s.
 
     A stop is as stiff as the reeled cables are at their shortest between s = 0 and it, Σ σ² EĀ/min(L̄₀, L̄(s_e)). No
-    drum moves faster on it than on its cables, and it gives way less than what it holds: where a reel winds in, a motor
-    of the force F presses it by F/k = L̄ F/EĀ, the part F/EĀ of the length that is left. (As stiff as where s = 0 it
-    gave way by F/EĀ of the whole length, which on a short rest is much.) It is damped critically against the drum,
+    drum moves faster on it than on its cables, and it yields less than what it holds: where a reel winds in, a motor
+    of the force F presses it by F/k = L̄ F/EĀ, the part F/EĀ of the length that is left. (As stiff as at s = 0 it
+    would yield by F/EĀ of the whole length, much for a short remainder.) It is damped critically against the drum,
     c = 2 √(k J/R²): with the rate 1/θ = √(k/(J/R²)) a drum that lands at ṡ under F is
 
         δ(t) = F/k (1 − (1 + t/θ) e^(−t/θ)) + ṡ t e^(−t/θ)
@@ -217,7 +217,7 @@ def _reeled_of(reels: Sequence[Reel], net: CableNet, cords: Cords, tau: FloatArr
 
 
 def _cord_of(reel: Reel, rings: Rings, net: CableNet, cords: Cords, tau: FloatArray) -> ElementForce:
-    """The cord is of the material of its first cable; its τ is the mean of those of its cables."""
+    """The cord has the material of its first cable; its τ is the mean of those of its cables."""
     nodes, closed = rings_of(reel, net)
     first = reel.cables[0]
     cord = Cord(

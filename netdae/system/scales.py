@@ -1,18 +1,18 @@
-"""Scales of a net in flight: masses, sizes, speeds and its fall, of which orders of magnitude are made.
+"""Scales of a net in flight: masses, sizes, speeds and its fall, from which orders of magnitude are estimated.
 
 Symbols: m mass, L size, v speed, w speed of a jerk between neighbours, D = max(L, v t) reach in the time t,
 A = Σ d L̄ area of the cords seen from the side, EĀ stiffness and λ mass per length of a cord, g gravity, h sag,
 k v² drag of the air, u = √(m g/k) terminal velocity.
 
-Fall, from rest against k v²: v = u tanh(g t/u) after the way (u²/g) ln cosh(g t/u), and v² = u² (1 − exp(−2 g h/u²))
-on the way h; without air g t, ½ g t², 2 g h.
+Fall, from rest against k v²: v = u tanh(g t/u) after the distance (u²/g) ln cosh(g t/u), and
+v² = u² (1 − exp(−2 g h/u²)) over the height h; without air g t, ½ g t², 2 g h.
 
-Sag: of a net that is held h is how far its middle comes down. A cord of the length L between ends l apart hangs in a
-V with h = ½ √(L² − l²). If it is taut, the weight m g stretches it: the tension m g L/8h of a flat parabola and its
-strain 8/3 (h/L)² give h = L (3 m g/64 EĀ)^⅓ (H. M. Irvine 1981, Cable Structures, ch. 2). To the larger of both comes
-what is held from one side only: how far the middle is from the middle of the held knots, and how much further knots
-reach out than the held ones do. The V is taut at an angle with sin θ = 2h/L, and of the speed of the sag only
-w = v sin θ is along the cords. The fall of a free net jerks no cord.
+Sag: h is how far the middle of a held net comes down. A cord of the length L between ends l apart hangs in a V with
+h = ½ √(L² − l²). If it is taut, the weight m g stretches it: the tension m g L/8h of a flat parabola and its strain 8/3
+(h/L)² give h = L (3 m g/64 EĀ)^⅓ (H. M. Irvine 1981, Cable Structures, ch. 2). To the larger of both add, for a net
+held from one side only, how far the middle is from the middle of the held knots, and how much further knots reach out
+than the held ones do. The V is taut at an angle with sin θ = 2h/L, and of the speed of the sag only w = v sin θ is
+along the cords. The fall of a free net jerks no cord.
 """
 
 from __future__ import annotations
@@ -40,8 +40,8 @@ class Fall:
 
     gravity : m/s², largest of the flight, zero where there is none
     mass : kg
-    held, free : s of the flight that it is held and is not
-    sag : m, of the time that it is held
+    held, free : s of the flight during which it is held and is not
+    sag : m, while it is held
     """
 
     gravity: float
@@ -55,7 +55,7 @@ class Fall:
         return max(self.sag_speed(drag), self._after(self.free, drag)[0])
 
     def way(self, drag: float) -> float:
-        """Way of the middle, m."""
+        """Distance travelled by the middle, m."""
         return min(self._after(self.held, drag)[1], self.sag) + self._after(self.free, drag)[1]
 
     def sag_speed(self, drag: float) -> float:
@@ -67,7 +67,7 @@ class Fall:
         return min(math.sqrt(square), self._after(self.held, drag)[0])
 
     def _after(self, t: float, drag: float) -> tuple[float, float]:
-        """Speed in m/s and way in m after t s from rest."""
+        """Speed in m/s and distance in m after t s from rest."""
         g = self.gravity
         if drag == 0 or g == 0:
             return g * t, 0.5 * g * t**2
@@ -78,14 +78,14 @@ class Fall:
 
 @dataclass(frozen=True)
 class Scales:
-    """What the orders of magnitude are made of.
+    """Quantities from which orders of magnitude are estimated.
 
     mass, cord_mass : kg, of the net with its bullets, and of its cords alone
     size : m, twice the largest distance of a knot from the middle of the open net: a square's diagonal
     area : m², of all cords seen from the side
     impedance : kg/s, √(EĀλ) of the cord with the largest
     wave_speed : m/s, in that cord
-    speed : m/s, root mean square at the start, weighed by mass; of a net at rest see `scales_of`
+    speed : m/s, root mean square at the start, weighted by mass; of a net at rest see `scales_of`
     jerk : m/s, largest difference of velocity of the ends of a cable at the start, or that of the sag
     flight_time : s
     air : kg/m, k of the air that the system has, zero where it has none
@@ -115,8 +115,9 @@ class Scales:
 def scales_of(system: System, start: State, flight_time: float) -> Scales:
     """Masses, size and speeds of the net.
 
-    Speeds are those of the start, of the release where nodes are held before, and under gravity of the sag while they
-    are held. A free net is given none by its fall, see `Fall`. A net at rest else crosses its size in the flight time.
+    Speeds are those of the start, those of the release where nodes are held before, and under gravity those of the sag
+    while they are held. The fall of a free net adds none, see `Fall`. Any other net at rest crosses its size in the
+    flight time.
     """
     net, cords = system.net, system.cords
     nodes, cables = is_own_node(net), own_cables_of(net)
@@ -191,7 +192,7 @@ def _speeds_of(system: System, start: State) -> FloatArray:
 def _gravity_during(system: System, begin: float, end: float) -> float:
     """Largest |g| of all uniform gravities together, m/s²."""
     loads, largest = gravities_of(system), 0.0
-    for t in np.linspace(begin, end, 203)[1:-1].tolist():  # jumps tend to stand at round numbers
+    for t in np.linspace(begin, end, 203)[1:-1].tolist():  # jumps tend to lie at round numbers
         g = np.zeros(3)
         for load in loads:
             if load.covers(t, t):
@@ -201,7 +202,7 @@ def _gravity_during(system: System, begin: float, end: float) -> float:
 
 
 def gravities_of(system: System) -> list[Signal]:
-    """Of the uniform loads that pull on every mass in proportion to it: g, m/s²."""
+    """g, m/s², of the uniform loads that pull on every mass in proportion to it."""
     return [
         force.signal
         for force in system.forces

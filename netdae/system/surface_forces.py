@@ -1,4 +1,4 @@
-"""What air, in orbit or in dense air, and light do to the net: their force, and how fast it moves what it acts on."""
+"""Effect of light and of air, in orbit or dense, on the net: their force, and how fast it moves what it acts on."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from netdae.model.tether import is_own_node
 from netdae.system.system import System
 
 FASTEST_WIND = 1000.0
-"""m/s: what streams faster at a body is the thin air of an orbit, at 7 km/s and more; no wind on the ground is so."""
+"""m/s: a faster stream is the thin air of an orbit, at 7 km/s and more; no wind on the ground is so fast."""
 
 
 def kind_of(force: Force, t: float) -> str | None:
@@ -39,7 +39,7 @@ _KINDS = {OrbitForce: "orbit", MolecularDrag: "drag", AirOnCables: "air"}
 
 @dataclass(frozen=True)
 class SurfaceForce:
-    """What the air, or light, does to the net.
+    """Effect of the air, or of light, on the net.
 
     newtons : on cords and bodies together, N
     acceleration : m/s², the larger of that of the cords and those of the bodies, each force on the mass it acts on
@@ -86,7 +86,7 @@ def surface_force_of(
 
 
 def _coefficients(force: Force) -> FloatArray:
-    """What |w|² or the light is multiplied with where a force is largest, (m,)."""
+    """Factor of |w|² or of the light where a force is largest, (m,)."""
     assert isinstance(force, ElementForce)
     p = force.parameters
     if force.law is AIR:
@@ -96,5 +96,5 @@ def _coefficients(force: Force) -> FloatArray:
 
 def size_of(force: Force, t: float) -> float:
     """|signal| of a force just after t."""
-    signal = force.signal  # type: ignore[attr-defined]  # of all that is asked for here
+    signal = force.signal  # type: ignore[attr-defined]  # all forces that come here have one
     return float(np.linalg.norm(signal(math.nextafter(t, math.inf))))

@@ -1,7 +1,7 @@
 """The net in motion: M ẍ + D ẋ + S(x) x = p(t), Eq. (10), gathered from local forces.
 
 Symbols: n nodes, x, v, a (n, 3); M lumped masses (n,); f sum of all forces (n, 3); T = −∂f/∂x, D = −∂f/∂v.
-Nodes of reels are no places in space: they have inertia but neither weight nor momentum.
+Nodes of reels are not points in space: they have inertia but neither weight nor momentum.
 """
 
 from __future__ import annotations
@@ -43,14 +43,14 @@ class System:
     """A net of cords with masses, damping, loads and restraints.
 
     net : topology and reference x̄
-    cord : a Material, or cable group to Material, a later one overriding
-    masses : node group to the mass in kg that each of its nodes carries beside its cables
+    cord : a Material, or cable group to Material, where later ones override
+    masses : node group to the mass in kg that each of its nodes carries besides its cables
     damping : Dashpot, Rayleigh or NoDamping; there is no default
     loads, restraints : what acts on the net from outside
     reels : drums at nodes of their own that pay out or wind in cables
     forces : user-defined forces, see `forces.force`
 
-    Raises InputError for what cannot fly: unknown groups, a free node without mass.
+    Raises InputError for what cannot be simulated: unknown groups, a free node without mass.
     """
 
     def __init__(
@@ -106,7 +106,7 @@ class System:
         self.restrained = mask_of(active, self.net)
 
     def holding(self, active: tuple[Restraint, ...]) -> System:
-        """The same system, of whose restraints those in `active` hold."""
+        """The same system with only the restraints in `active` holding."""
         other = copy(self)
         other._hold(active)
         return other
@@ -155,7 +155,7 @@ class System:
         return [t for times in of_all for t in times]
 
     def phases(self, begin: float, end: float) -> Iterator[tuple[float, float, System]]:
-        """Begin, end and system of each phase between jumps; the flight starts afresh at each."""
+        """Start, end and system of each phase between jumps; the flight restarts at each."""
         for piece in pieces_of(begin, end, self.jumps):
             yield piece.begin, piece.end, self.during(piece.after, piece.before)
 
@@ -168,7 +168,7 @@ class System:
             yield piece.end, part
 
     def check_covers(self, begin: float, end: float) -> None:
-        """Raise InputError where the table of a load or motion does not reach over the flight."""
+        """Raise InputError where the table of a load or motion does not cover the flight."""
         signals = [signal for f in self.forces if (signal := getattr(f, "signal", None)) is not None]
         for source in [*signals, *(r.motion for r in self.restraints)]:
             check_covers(source, begin, end)
@@ -208,7 +208,7 @@ class System:
     # Energies and momenta
 
     def powers(self, t: float, x: FloatArray, v: FloatArray) -> Powers:
-        """What all forces store, take and bring; raises RunError where a reel has wound in all of a cable."""
+        """Energy, powers and external wrench of all forces; raises RunError where a reel has used up a cable."""
         self._net_forces.table.check_rests(t, x)
         return self._net_forces.powers(self.inside(t), x, v)
 
@@ -217,11 +217,11 @@ class System:
         return self.powers(t, x, v)[:3]
 
     def external_wrench(self, t: float, x: FloatArray, v: FloatArray) -> FloatArray:
-        """Force in N and torque about the origin in N m of all from outside but restraints, none on reels, (2, 3)."""
+        """Force in N and torque about the origin in N m of external forces but restraints, none on reels, (2, 3)."""
         return self.powers(t, x, v).wrench
 
     def rest_lengths_on_reels(self, x: FloatArray, *, t: float = 0.0) -> FloatArray:
-        """Rest lengths (m,) of cables and whole cords that reels wind in, m; raises RunError where one has ended."""
+        """Rest lengths (m,) of cables and whole cords that reels wind in, m; raises RunError where one is used up."""
         return self._net_forces.table.rest_lengths(t, x)
 
     def wrench(self, x: FloatArray, f: FloatArray) -> FloatArray:
@@ -229,7 +229,7 @@ class System:
         return wrench_of(x, f if not self.reels else np.where(self.in_space[:, None], f, 0.0))
 
     def kinetic_energy(self, v: FloatArray) -> float:
-        """½ v·M v, J; that of drums is in it."""
+        """½ v·M v, J, including that of drums."""
         return 0.5 * float(self.mass @ np.einsum("ni,ni->n", v, v))
 
     def elastic_energy(self, x: FloatArray, *, t: float = 0.0) -> float:
@@ -239,7 +239,7 @@ class System:
 
     @property
     def stores_elsewhere(self) -> bool:
-        """Whether forces beside the cables may store energy: reels, springs, and those written in Python."""
+        """Whether forces besides the cables may store energy: reels, springs, and those written in Python."""
         return any(stores_energy(force) for force in self.forces[1:])
 
     def momentum(self, v: FloatArray) -> FloatArray:
@@ -263,7 +263,7 @@ class System:
         return self.cords.toe_strain
 
     def rest_length(self, x: FloatArray) -> FloatArray:
-        """L̄ of each cable, (m,), m: what the reels have paid out at x (n, 3) is in it."""
+        """L̄ of each cable, (m,), m: including what the reels have paid out at x (n, 3)."""
         return slid_lengths(self.cables.L, self.reels, self.net, x) if self.reels else self.cables.L
 
     def cables_at(self, x: FloatArray) -> Cables:

@@ -1,12 +1,12 @@
-"""A net tied to its chaser: the tether's knots and cables are more knots and cables of the same net.
+"""A net tied to its chaser: the tether's knots and cables are additional ones of the same net.
 
 A chain of cables runs from a node of the net, or from the junction of a bridle with a leg from each of several
 nodes, to the node of the chaser. It starts laid out straight and nowhere taut, with the chaser's velocity.
 
-Pay-out lengthens the last cable, at the chaser, by s, see `reels`. The cord's mass does not move with it: what is
-paid out, ρ̄Ā s, stays with the chaser, and the last cable hangs straight between its ends whatever its length. Both
-the chaser's mass and that of the net with its tether are wrong by as much: `Tether.mass_left` reports it, 0.13 kg for
-30 m of a 2 mm cord of 1390 kg/m³. Where this counts beside the net, start with more of the tether laid out.
+Pay-out lengthens the last cable, at the chaser, by s, see `reels`. The cord's mass does not move with it: what is paid
+out, ρ̄Ā s, stays with the chaser, and the last cable hangs straight between its ends whatever its length. Both the
+chaser's mass and that of the net with its tether are wrong by this amount: `Tether.mass_left` reports it, 0.13 kg for
+30 m of a 2 mm cord of 1390 kg/m³. Where this matters next to the net's mass, start with more of the tether laid out.
 """
 
 from __future__ import annotations
@@ -30,9 +30,9 @@ from netdae.system.reels import LEAST, Reel
 
 @dataclass(frozen=True, eq=False)
 class Tethered:
-    """A net with its tether, and what a System takes beside it.
+    """A net with its tether, and what a System takes besides it.
 
-    net, start : with the tether's knots, the chaser and, if there is a reel, its node behind the net's own.
+    net, start : with the tether's knots, the chaser and, if there is a reel, its node after the net's own.
         Node groups "tether" (knots), "chaser", "reel"; cable groups "tether" (in order) and "bridle"
     length : m, rest length of the chain at the start
     reels : of the System; restraints : those of chaser and reel; masses : group to kg; materials : cable
@@ -49,7 +49,7 @@ class Tethered:
 
     @classmethod
     def without(cls, net: CableNet, start: State) -> Tethered:
-        """A net that flies without a tether."""
+        """A net without a tether."""
         return cls(net, start, 0.0, (), (), {}, {})
 
 
@@ -65,13 +65,13 @@ class _Growth:
     rest_length: list[float] = field(default_factory=list)
 
     def knot(self, reference: FloatArray, place: FloatArray) -> int:
-        """Add a node at x̄ and x, (3,); its number."""
+        """Add a node at x̄ and x, (3,); returns its number."""
         self.reference.append(reference)
         self.places.append(place)
         return self.n + len(self.places) - 1
 
     def chain(self, first: int, last: int, ends: FloatArray, length: float, count: int) -> None:
-        """Add `count` cables of the rest length in all, in a straight line between two nodes.
+        """Add `count` cables of the total rest length `length`, in a straight line between two nodes.
 
         ends : (2, 2, 3), x̄ and x of both
         """
@@ -85,9 +85,9 @@ class _Growth:
 
 
 def with_tether(net: CableNet, start: State, tether: Tether) -> Tethered:
-    """The net tied to its chaser by a tether, and the start of all together.
+    """The net tied to its chaser by a tether, and their joint initial state.
 
-    Raises InputError where there is nothing to tie to, where the tether is too short for its way, or where a
+    Raises InputError where there is nothing to tie to, where the tether is too short for its path, or where a
     knot of it would lie on another node.
     """
     tied = _tied_nodes(net, tether)
@@ -158,7 +158,7 @@ def _length_of(tether: Tether, way: float) -> float:
 def _junction(tether: Tether, x: FloatArray, chaser: FloatArray) -> tuple[FloatArray, float]:
     """Place (3,) where the legs from x (k, 3) meet, on the line from their middle to the chaser, and the length.
 
-    With `length` the junction shares the line in proportion to legs and tether, as near as no leg is taut; with
+    With `length` the junction shares the line in proportion to legs and tether, as far as no leg goes taut; with
     `slack` the longest leg has this slack too.
     """
     bridle = tether.bridle
@@ -264,7 +264,7 @@ def _reel_of(tether: Tether, node: int, cable: int, length: float) -> Reel:
 
 
 def _check_driven(payout: Motion, piece: float) -> None:
-    """Raise InputError where a table winds in more than the last cable, of the length `piece` at the start, has."""
+    """Raise InputError where a table winds in more than the last cable, of the initial length `piece`."""
     if not isinstance(payout, TableMotion):
         return  # a flight reports it where a rest length comes to zero
     times = np.union1d(payout.times, np.linspace(payout.times[0], payout.times[-1], 1001))

@@ -1,4 +1,4 @@
-"""A chunk of explicit steps: where it began, so that any instant inside it can be flown again, and its balance."""
+"""A chunk of explicit steps: its start, from which any instant inside it can be recomputed, and its balance."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from netdae.solvers.stepper import Share, Step
 
 @dataclass(frozen=True, eq=False)
 class Chunk:
-    """Begin t, step length h, and x, v, a, (3, 3n).
+    """Start time t, step length h, and x, v, a, (3, 3n).
 
-    powers : (8,), of the step before, and hold, see `explicit.verlet.fly`; fresh : whether the flight began there
+    powers : (8,), of the previous step, and hold, see `explicit.verlet.fly`; fresh : whether the flight began there
     """
 
     t: float
@@ -27,7 +27,7 @@ class Chunk:
 
 
 def step_of(t: float, xva: FloatArray, share: Share) -> Step:
-    """A step with a copy of x, v and a, (3, 3n), of which y and yp share the velocities."""
+    """A step with a copy of x, v and a, (3, 3n); y and yp share its velocities."""
     whole = xva.reshape(3, -1, 3).copy()
     return Step(t, whole[:2], whole[1:], share)
 
@@ -38,12 +38,12 @@ def share_of(tally: Tally) -> Share:
 
 
 def share_reported(row: FloatArray, peak: int) -> Share:
-    """The same from a row (10,) of the history of steps, with the tension that stands at `peak`."""
+    """The same from a row (10,) of the history of steps, with the tension at index `peak`."""
     return Share(float(row[0]), float(row[1]), row[2:5], float(row[peak]), row[5:8])
 
 
 def sum_of(one: Share | None, other: Share | None, factor: float = 1.0) -> Share:
-    """One share and `factor` times the other, with the peak of the first."""
+    """One share plus `factor` times the other, with the peak of the first."""
     assert one is not None
     assert other is not None
     return Share(
@@ -61,7 +61,7 @@ def after(step: Step, first: Share | None) -> Step:
 
 
 def between(t: float, first: Step, last: Step) -> Step:
-    """An instant inside the step from first to last: cubic x and v through both, and all else in proportion."""
+    """An instant inside the step from first to last: cubic x and v through both, all else linear."""
     h = last.t - first.t
     s = min(max((t - first.t) / h, 0.0), 1.0)
     (x0, v0), (x1, v1), a0, a1 = first.y, last.y, first.yp[1], last.yp[1]
@@ -75,6 +75,6 @@ def between(t: float, first: Step, last: Step) -> Step:
 def _hermite(
     s: float, h: float, x0: FloatArray, v0: FloatArray, x1: FloatArray, v1: FloatArray
 ) -> FloatArray:
-    """Cubic through (x0, v0) and (x1, v1) at the share s of a step of length h."""
+    """Cubic through (x0, v0) and (x1, v1) at the fraction s of a step of length h."""
     r = 1 - s
     return r * r * (1 + 2 * s) * x0 + s * s * (3 - 2 * s) * x1 + h * s * r * (r * v0 - s * v1)

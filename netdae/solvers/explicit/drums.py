@@ -1,4 +1,4 @@
-"""Drums in an explicit step: what holds or turns them is taken at the end of the step, whatever its stiffness.
+"""Drums in an explicit step: forces that hold or turn them are taken at its end, whatever their stiffness.
 
 A brake is far too stiff for an explicit step: F_b/(v₀ J/R²) is 5e4 1/s for 5 N, 1 mm/s and 0.1 kg; so are a motor's
 controller and pawl. Hence the force g on a drum, of all laws that are `implicit`, is taken at the velocity after the
@@ -6,8 +6,8 @@ kick,
 
     v⁺ = v + h (f + g(s, v⁺))/m,
 
-one equation for each drum, whose left side less its right one rises with v⁺ by 1 at least: it has one solution,
-found by Newton's method between bounds. A brake then holds at any step length, and costs no order while it slides.
+one equation for each drum. Its left side minus its right side has a slope of at least 1 in v⁺, so it has one solution,
+found by Newton's method between bounds. A brake then holds at any step length, and keeps the order while it slides.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ ITERATIONS = 60  # bisection alone is at round-off by then
 
 
 class Drums(NamedTuple):
-    """Drums that something holds or turns; q elements act on d drums, those of each one behind the other."""
+    """Drums that something holds or turns; q elements act on d drums, those of each drum stored together."""
 
     entry: Wholes  # (d,), of the drum in x
     begin: Wholes  # (d + 1,), where its elements begin
@@ -39,7 +39,7 @@ class Drums(NamedTuple):
 
 
 def drums_of(forces: Sequence[ElementForce], records: Sequence[Record]) -> Drums:
-    """Drums of some forces that are implicit, with the records of their elements."""
+    """Drums of forces with implicit laws, with the records of their elements."""
     rows = [
         (3 * int(node), loop_of(force.law, "at_drum").address, record.address, e)
         for force, record in zip(forces, records, strict=True)
@@ -53,7 +53,7 @@ def drums_of(forces: Sequence[ElementForce], records: Sequence[Record]) -> Drums
 
 @njit(cache=True, **OPTIONS)
 def _held_by(drums: Drums, d: int, s: float, v: float, out: FloatArray) -> float:
-    """g in N on one drum; in out its conservative, dissipative and external share, and ∂g/∂v."""
+    """Return g in N on one drum; write its conservative, dissipative and external share, and ∂g/∂v, to out."""
     out[:] = 0.0
     for q in range(drums.begin[d], drums.begin[d + 1]):
         call(drums.function[q], (drums.elements[q], drums.element[q], s, v, out.ctypes.data))
@@ -62,7 +62,7 @@ def _held_by(drums: Drums, d: int, s: float, v: float, out: FloatArray) -> float
 
 @njit(cache=True, **OPTIONS)
 def _kicked(drums: Drums, d: int, s: float, b: float, c: float, near: float, out: FloatArray) -> float:
-    """v⁺ = b + c g(s, v⁺), looked for from `near` on."""
+    """The solution of v⁺ = b + c g(s, v⁺), searched from `near` on."""
     g = _held_by(drums, d, s, b, out)
     low, high = b - abs(c * g), b + abs(c * g)
     v = b
@@ -93,7 +93,7 @@ def _kicked(drums: Drums, d: int, s: float, b: float, c: float, near: float, out
 def hold_drums(
     x: FloatArray, v: FloatArray, share: FloatArray, f: FloatArray, h: float, drums: Drums
 ) -> tuple[float, float]:
-    """Add what holds the drums to f, in which all other forces stand; the powers in W that it takes and gives."""
+    """Add the forces on drums to f, which holds all others; return the powers in W that they take and give."""
     lost = given = 0.0
     out = np.empty(4)
     for d in range(len(drums.entry)):

@@ -24,7 +24,7 @@ class Kernel:
     """Flies several steps at a time.
 
     table : the forces that act in each step; `entries` (c,) are the restrained ones of x flat
-    rubs : whether the friction of a cord at its rings bounds the step
+    rubs : whether the friction of a drawcord at its rings bounds the step
     """
 
     def __init__(self, system: System, drive: Drive, longest: int) -> None:
@@ -71,12 +71,12 @@ class Kernel:
         self._no_motions = np.zeros((longest + 1, 3, 3 * len(self._motions)))
 
     def look_at_anchors(self) -> None:
-        """Take those of the drive, which a flight that is resumed puts in their place before it enters a phase."""
+        """Take the drive's anchors, which a resumed flight sets before it enters a phase."""
         self._held = Record(_held_of(self._drive))
 
     def go_on(self, part: System, t: float) -> None:
         """Go on at t in a part of a phase."""
-        begin = part.inside(-math.inf)  # not t: a flight that is resumed has the same lines
+        begin = part.inside(-math.inf)  # not t: a resumed flight has the same lines
         for table in (self.table, self._slow_table):
             table.go_on(begin if math.isfinite(begin) else t, part.inside(math.inf), part.inside)
 
@@ -94,12 +94,12 @@ class Kernel:
     ) -> Tally:
         """Take steps, at most as many as the `longest` chunk has; raises what a force written in Python raises.
 
-        start : t, h, and x, v, a as (3, 3n), which go on to the end
+        start : t, h, and x, v, a as (3, 3n), which are advanced to the end
         hold : steps for which slow forces are held
-        limits : where a strain or the rate of friction in 1/s passes its limit, or a rest length its least, the steps
-            end; nothing ends them where the first is infinite
+        limits : the steps end where a strain or the rate of friction in 1/s passes its limit, or a rest length its
+            minimum; nothing ends them if the first limit is infinite
         fresh : whether the flight begins here
-        powers : (8,), of the step before, which go on to the end, see `explicit.verlet.fly`
+        powers : (8,), of the previous step, advanced to the end, see `explicit.verlet.fly`
         history : room for each step, see `explicit.verlet.fly`
         """
         t, h, (x, v, a) = start
@@ -133,7 +133,7 @@ class Kernel:
 
 
 def is_slow(force: Force) -> bool:
-    """Whether a force from outside changes with places and velocities alone, and little in some steps."""
+    """Whether an external force depends on positions and velocities alone, and changes little in a few steps."""
     if not isinstance(force, ElementForce) or force.law.shares != ("external",):
         return False
     return force.law.external and force.newton == "nothing" and is_constant(force.signal)

@@ -1,16 +1,16 @@
-"""Rayleigh damping in an explicit step, taken at the velocity of the instant: no bound on the step.
+"""Rayleigh damping in an explicit step, taken at the current velocity: it does not bound the step.
 
-D of Eq. (9) is constant. With w and w′ half a step before and after an instant and f all other forces then,
+D of Eq. (9) is constant. With w and w′ half a step before and after an instant and f all other forces at it,
 
     (M + h/2 D) v = M w + h/2 f,     w′ = w + h M⁻¹ (f − D v),
 
-so that v = (w + w′)/2 and (M + h/2 D) w′ = (M − h/2 D) w + h f: the leapfrog with the trapezoidal rule for D, of the
-second order and stable for h² K ≤ 4 M, whatever D. A flight begins with v of the instant for w and half a step,
-(M + h/2 D) w′ = M v + h/2 f, which is no explicit step in D either. The damping's force −D v is summed cable by cable
-and not taken from the solution, so that it keeps the momentum to round-off. In each step it takes h v·D v, exactly.
+so that v = (w + w′)/2 and (M + h/2 D) w′ = (M − h/2 D) w + h f: the leapfrog with the trapezoidal rule for D, of
+second order and stable for h² K ≤ 4 M, whatever D. A flight begins with half a step from v,
+(M + h/2 D) w′ = M v + h/2 f, which is implicit in D too. The damping force −D v is summed cable by cable, not taken
+from the solution, so that it conserves momentum to round-off. In each step it dissipates exactly h v·D v.
 
 M + h/2 D is factored once for each h. In a plane net z is undamped, and in a square one x and y are damped along
-lines: those unknowns do not meet where the axes are those of the net, in which the solution is looked for.
+lines: in the axes of the net those unknowns are uncoupled, so the solution is computed in these axes.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class Drags(NamedTuple):
 
 
 def drags_of(forces: Sequence[ElementForce], size: int) -> Drags:
-    """Of forces whose law is `steady`, on a net of so many unknowns: pairs, and nodes alone along each axis."""
+    """Drags of forces whose law is `steady`, on a net of `size` unknowns: pairs, and single nodes along each axis."""
     ends, upper, alpha = [np.zeros((0, 2), dtype=np.int64)], [np.zeros((0, 6))], np.zeros(0)
     for force in forces:
         still = np.zeros((*force.nodes.shape, 3))
@@ -56,7 +56,7 @@ def drags_of(forces: Sequence[ElementForce], size: int) -> Drags:
 
 @njit(cache=True, fastmath=FAST)
 def drag(v: FloatArray, drags: Drags, viscous: FloatArray) -> None:
-    """Their forces, −D v, into viscous (3n,)."""
+    """Write their forces, −D v, to viscous (3n,)."""
     for i in range(len(viscous)):
         viscous[i] = 0.0
     for e in range(len(drags.ends)):
@@ -80,19 +80,19 @@ class Solver(NamedTuple):
     """M + h/2 D, factored."""
 
     damps: bool  # whether D is not zero
-    alone: FloatArray  # (3n,), 1/(M + h/2 D) of those that meet no other, zero on restrained axes
-    entry: IntArray  # (u,), those that meet others, in the order of the factor
+    alone: FloatArray  # (3n,), 1/(M + h/2 D) of uncoupled unknowns, zero on restrained axes
+    entry: IntArray  # (u,), coupled unknowns, in the order of the factor
     factor: Factor
     axes: FloatArray  # (3, 3), rows
-    turned: bool  # whether these are others than x, y and z
-    straight: IntArray  # (s, 2), entries that cables along x, y or z join, if the axes are these
+    turned: bool  # whether these differ from x, y and z
+    straight: IntArray  # (s, 2), entries joined by cables along x, y or z, if these are the axes
     viscosity: FloatArray  # (s,), theirs, N s/m
     rest: Drags  # all else that damps
 
 
 @njit(cache=True, fastmath=FAST)
 def _turn(u: FloatArray, Q: FloatArray) -> None:
-    """The vectors u (3n,) in the axes Q."""
+    """Turn the vectors u (3n,) into the axes Q."""
     for i in range(0, len(u), 3):
         x, y, z = u[i], u[i + 1], u[i + 2]
         for c in range(3):
@@ -101,7 +101,7 @@ def _turn(u: FloatArray, Q: FloatArray) -> None:
 
 @njit(cache=True, fastmath=FAST)
 def drag_all(v: FloatArray, solver: Solver, viscous: FloatArray) -> None:
-    """Forces of Rayleigh damping, −D v, into viscous (3n,)."""
+    """Write the forces of Rayleigh damping, −D v, to viscous (3n,)."""
     drag(v, solver.rest, viscous)
     for k in range(len(solver.viscosity)):
         i, j = solver.straight[k, 0], solver.straight[k, 1]
@@ -122,7 +122,7 @@ def damp(
     v: FloatArray,
     viscous: FloatArray,
 ) -> None:
-    """The velocities v (3n,) of this instant and −D v into viscous (3n,), from w and the other forces f.
+    """Write the velocities of this instant to v (3n,), and −D v to viscous (3n,), from w and the other forces f.
 
     entry, speed : (c,), restrained axes and their velocities now
     """
@@ -130,7 +130,7 @@ def damp(
     moving = False
     for c in range(len(entry)):
         moving = moving or speed[c] != 0.0
-    if moving:  # what it does to its neighbours is known
+    if moving:  # their effect on neighbours is known
         v[:] = 0.0
         for c in range(len(entry)):
             v[entry[c]] = speed[c]
@@ -179,7 +179,7 @@ class ImplicitDamping:
         self._solver = self.at(0.0)
 
     def at(self, h: float) -> Solver:
-        """M + h/2 D, factored; valid until another h is asked for."""
+        """M + h/2 D, factored; valid until the next call with another h."""
         if h != self._h:
             self._h = h
             whole = self._mass + 0.5 * h * self._D
@@ -192,7 +192,7 @@ class ImplicitDamping:
 
 
 def _partly(held: IntArray) -> bool:
-    """Whether a node is restrained along some axes and free along others, for which these must be x, y and z."""
+    """Whether a node is restrained along some axes and free along others; the axes must then be x, y and z."""
     return bool((np.unique(held // 3, return_counts=True)[1] != 3).any())
 
 
@@ -202,7 +202,7 @@ def _matrices(viscosity: FloatArray) -> FloatArray:
 
 
 def _axes_of(drags: Drags) -> FloatArray:
-    """Axes (3, 3) by rows: x, y and z, or those of the most frequent cables if fewer unknowns then meet."""
+    """Axes (3, 3) by rows: x, y and z, or those of the most frequent cables if that couples fewer unknowns."""
     V = _matrices(drags.viscosity)
     if not len(V):
         return np.eye(3)
@@ -223,12 +223,12 @@ def _axes_of(drags: Drags) -> FloatArray:
 
 
 def _meetings(V: FloatArray) -> int:
-    """How many entries of all V (p, 3, 3) are not zero."""
+    """Number of nonzero entries of all V (p, 3, 3)."""
     return int(np.count_nonzero(np.abs(V) > NOTHING * np.trace(V, axis1=1, axis2=2)[:, None, None]))
 
 
 def _straight_of(drags: Drags, turned: bool) -> tuple[IntArray, FloatArray, Drags]:
-    """Entries joined by cables along one of the axes and their viscosities, and what is left."""
+    """Entries joined by cables along one of the axes and their viscosities, and the rest."""
     on_diagonal = drags.viscosity[:, [0, 3, 5]]
     axis = on_diagonal.argmax(axis=1)
     along = np.take_along_axis(on_diagonal, axis[:, None], axis=1)[:, 0]

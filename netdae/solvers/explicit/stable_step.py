@@ -2,29 +2,29 @@
 
 Symbols: h step length; k, c stiffness in N/m and viscosity in N s/m of a cable along itself; m mass of a node.
 
-The net is stable if no share of it is unstable alone (B. M. Irons, Applications of a theorem on eigenvalues to finite
+The net is stable if each part of it alone is stable (B. M. Irons, Applications of a theorem on eigenvalues to finite
 element problems, 1970): give each cable e of node i the share of m_i that its (h² k + 2 h c)ₑ has in the sum Σ over
 the cables of i. Then each cable with its two shares is stable if, with sums over the cables of i and of j,
 
     Σᵢ (h² k + 2 h c)/mᵢ + Σⱼ (h² k + 2 h c)/mⱼ ≤ 4,
 
 a quadratic in h for every cable, whatever its direction. In straight nets it is √2 below the true limit.
-k = EĀ/L̄ (g′λ² + g)/E is taken at a strain that no cable passes. With a toe k falls with it, and h grows.
+k = EĀ/L̄ (g′λ² + g)/E is taken at a strain that no cable passes. With a toe, k falls with this strain, and h grows.
 
-A reeled cable also pulls its drum, by σλ times what it pulls its ends, and has a share of the drum's mass too: with
-the sums over the cables on the drum r there stands one more term, Σᵣ σ²λ² (h² k + 2 h c)/m_r. k and c are taken at
-`WOUND_IN` times the rest length that there is. Stops of drums are as stiff as its cables together, and count with them;
-their dampers, and brakes, are taken at the velocity after the kick (see `explicit.drums`) and are no bound; nor is
-Rayleigh damping, whatever its strength (see `explicit.rayleigh`).
+A reeled cable also pulls its drum, by σλ times its pull on its ends, and gets a share of the drum's mass too: this adds
+one term, Σᵣ σ²λ² (h² k + 2 h c)/m_r, with the sum over the cables on the drum r. k and c are taken at `WOUND_IN` times
+the present rest length. Stops of drums are as stiff as the drum's cables together, and count with them. Their dampers,
+and brakes, are taken at the velocity after the kick (see `explicit.drums`) and do not bound the step; nor does Rayleigh
+damping, whatever its strength (see `explicit.rayleigh`).
 
-A cord through rings (see `forces.drawcord`) has one k along the whole of it, EĀ/L̄ as above, and pulls each of its
-nodes with |b_i| N: 2 N at most, N at its ends, σλ N at its drum. Let B = Σ |b_i|. With shares by k|b_i|B in place of k
-it is stable if Σ (|b_i|/B) Σᵢ (h² k + 2 h c)/mᵢ ≤ 4. That is for rings that lie zigzag; those that do not are far
-softer. Across, each segment is no stiffer than N/η, N at the largest strain. The rate of friction at rings stands
-beside C in all sums.
+A drawcord (see `forces.drawcord`) has one k along its whole length, EĀ/L̄ as above, and pulls each of its nodes with
+|b_i| N: 2 N at most, N at its ends, σλ N at its drum. Let B = Σ |b_i|. With shares by k|b_i|B in place of k it is
+stable if Σ (|b_i|/B) Σᵢ (h² k + 2 h c)/mᵢ ≤ 4. That is for rings that lie zigzag; otherwise the cord is far softer.
+Across, each segment is no stiffer than N/η, N at the largest strain. The rate of friction at rings stands beside C in
+all sums.
 
-Forces whose law has no bound, as those from outside, are taken by their tangent of the moment: no step is longer than
-`STIFF` over their rate.
+Forces whose law has no bound, such as external ones, enter by their current tangent: no step is longer than `STIFF`
+over their rate.
 """
 
 from __future__ import annotations
@@ -41,8 +41,8 @@ from netdae.forces.law import Family
 from netdae.system.system import System
 
 STIFF = 0.2
-"""Length of a step times the rate of forces without a bound: h² K + 2 h C of cables is 3.6 at most, of these forces
-0.4, of the 4 up to which the step is stable."""
+"""Step length times the rate of forces without a bound. Of the 4 up to which the step is stable, h² K + 2 h C of
+cables takes 3.6 at most, and of these forces 0.4."""
 
 
 def stable_step(
@@ -97,7 +97,7 @@ def rate_of(forces: list[Force], system: System, t: float, x: FloatArray, v: Flo
 
 
 SHORTENED = 20.0
-"""IDA is the cheaper one where dashpots shorten the explicit step more than so many times.
+"""IDA is cheaper where dashpots shorten the explicit step by more than this factor.
 
 Measured on the reference flight of 21 × 21 knots: with a viscosity time of 3e-4 s, 17 times shorter, the explicit
 flight at "fast" took as long as IDA at rtol 1e-3 and 1e-3 m/s, with 3e-3 s, 170 times shorter, four times as long.
@@ -105,7 +105,7 @@ flight at "fast" took as long as IDA at rtol 1e-3 and 1e-3 m/s, with 3e-3 s, 170
 
 
 def cheaper_method(system: System) -> dict[str, str]:
-    """Which method flies this system for less, and why: "method" and "reason"."""
+    """The cheaper method for this system, and why: "method" and "reason"."""
     strain = max(float(system.toe_strain.max()), 1e-3)
     free, damped = (stable_step(system, strain, damped=damped) for damped in (False, True))
     if not math.isfinite(damped):

@@ -2,23 +2,23 @@
 
 Rounding may differ from machine to machine (sums are reordered for speed), but not from run to run.
 
-One step of length h, with the force at the new place and the velocity of its middle:
+One step of length h, with the force at the new position and the mid-step velocity:
 
     v½ = v + h a/2,     x′ = x + h v½,     a′ = f(t′, x′, v½)/M,     v′ = v½ + h a′/2.
 
-Without damping it is symplectic; dashpots enter by v½, half a step late. With C and K of a mode per unit of mass it is
+Without damping it is symplectic; dashpots enter by v½, half a step late. With C and K of a mode per unit mass it is
 stable for h² K + 2 h C ≤ 4, which is h ≤ (2/ω)(√(1 + ζ²) − ζ) with K = ω² and C = 2ζω (T. Belytschko, W. K. Liu,
-B. Moran, Nonlinear Finite Elements for Continua and Structures, 2000, ch. 6). Rayleigh damping is taken at v′ and is no
-bound, see `explicit.rayleigh`.
+B. Moran, Nonlinear Finite Elements for Continua and Structures, 2000, ch. 6). Rayleigh damping is taken at v′ and does
+not bound the step, see `explicit.rayleigh`.
 
-Arrays are flat: x, v, a (3n,), node i at 3i. Force and torque about the origin of all that acts from outside stand
-together in one row (6,); nodes of reels, which are no places in space, have no part in it.
+Arrays are flat: x, v, a (3n,), node i at 3i. External force and torque about the origin stand together in one row
+(6,); nodes of reels, which are not places in space, have no part in it.
 
-All forces act in each step, by the table of forces. Those from outside that change with places and velocities alone,
-such as gravity, orbit and still air, change little in some steps: they are evaluated once for `hold` steps, at the
-place and velocity that a node has in their middle by its velocity and acceleration, and act with that value in each
-of them. What a dissipative or external share does is its power on the mean velocity of the steps before and after the
-instant, v½ + h a/2: with it the kinetic energy of leapfrog balances exactly.
+All forces act in each step, through the table of forces. External ones that depend on positions and velocities alone,
+such as gravity, orbit and still air, change little in a few steps: they are evaluated once for `hold` steps, at the
+position and velocity that each node has in their middle by its velocity and acceleration, and act with that value in
+each of them. The power of a dissipative or external share is taken with the mean velocity of the steps before and after
+the instant, v½ + h a/2: with it the kinetic energy of leapfrog balances exactly.
 """
 
 from __future__ import annotations
@@ -39,11 +39,11 @@ from netdae.solvers.explicit.rayleigh import Solver, damp, drag_all
 INLINED: dict[str, Any] = {
     "cache": True,
     "fastmath": FAST,
-    "forceinline": True,  # else each array counts its references at each call
+    "forceinline": True,  # otherwise each array counts its references at each call
 }
 LOOK = 32  # steps for which the near elements are found; 12 to 96 differ by less than 5 %
 LEAST_MARGIN = 1e-4  # of the shortest cable: for a net that begins to move
-OUTSIDE = 2  # where force and torque from outside begin in `powers`
+OUTSIDE = 2  # where external force and torque begin in `powers`
 POWERS = OUTSIDE + 6
 
 
@@ -67,7 +67,7 @@ class Acting(NamedTuple):
     slow: Reals  # (3n,), room for their sum, or (0,) where there are none
     slow_x: Reals  # (3n,) or (0,), room for places and velocities in their middle
     slow_v: Reals
-    ahead: Reals  # (3n,), room for velocities at the end of the step where a force asks for them, or (0,)
+    ahead: Reals  # (3n,), room for velocities at the end of the step where a force needs them, or (0,)
     in_python: bool  # whether any force is written in Python
     rubs: bool  # whether friction bounds the step
 
@@ -81,7 +81,7 @@ class Held(NamedTuple):
 
 
 class Tally(NamedTuple):
-    """What a run of steps gave."""
+    """The result of a run of steps."""
 
     steps: int  # fewer than requested where a limit was passed, a reel wound in too far, or a force in Python failed
     dissipated: float  # J
@@ -90,7 +90,7 @@ class Tally(NamedTuple):
     peak: float  # tension, N
     peak_step: int
     strain: float  # the largest E11
-    rate: float  # the largest of friction, 1/s
+    rate: float  # the largest rate of friction, 1/s
 
 
 @njit(**INLINED)
@@ -113,7 +113,7 @@ def _evaluate(
     f: FloatArray,
     sums: FloatArray,
 ) -> None:
-    """Add the forces of the table at t to f, their shares to `taken` and `given`; all else into sums."""
+    """Add the forces of the table at t to f, their shares to `taken` and `given`, and all else to sums."""
     sums[:] = 0.0
     sums[STRAIN] = -np.inf
     taken, given = acting.taken, acting.given
@@ -139,9 +139,9 @@ def _look_at_slow(
     acting: Acting,
     sums: FloatArray,
 ) -> None:
-    """Forces that are held for so many steps from this one on into `slow`.
+    """Write to `slow` the forces that are held for `hold` steps from this one on.
 
-    v is that of the middle of the step, and `slow_v` holds the acceleration before it.
+    v is the mid-step velocity, and `slow_v` holds the acceleration before it.
     """
     middle, slow = 0.5 * (hold - 1) * h, acting.slow
     for i in range(len(x)):
@@ -155,7 +155,7 @@ def _look_at_slow(
 
 @njit(cache=True, fastmath=FAST)
 def _add_slow_wrench(x: FloatArray, slow: FloatArray, in_space: BoolArray, row: FloatArray) -> None:
-    """Row (6,) gains the slow forces and their torques."""
+    """Add the slow forces and their torques to row (6,)."""
     fx = fy = fz = tx = ty = tz = 0.0
     for i in range(len(slow) // 3):
         if in_space[i]:
@@ -179,10 +179,10 @@ def _add_slow_wrench(x: FloatArray, slow: FloatArray, in_space: BoolArray, row: 
 def _kick(
     x: FloatArray, v: FloatArray, share: FloatArray, f: FloatArray, h: float, acting: Acting, first: bool
 ) -> tuple[float, float]:
-    """The half kick of a step and that of the next, and the drift, in one pass; powers as by `_powers` on the way.
+    """The half kick of a step, that of the next, and the drift, in one pass; returns powers as `_powers` does.
 
-    f, `taken` and `given` are zero afterwards; `ahead` is v at the end of the step, with the acceleration of its begin,
-    but for the first step of a run, which has it already.
+    f, `taken` and `given` are zero afterwards; `ahead` is v at the end of the step, with the acceleration at its start,
+    except in the first step of a run, which has it already.
     """
     lost = brought = 0.0
     taken, given, ahead = acting.taken, acting.given, acting.ahead
@@ -212,7 +212,7 @@ def _kick(
 
 @njit(cache=True, fastmath=FAST)
 def _powers(v: FloatArray, share: FloatArray, f: FloatArray, h: float, acting: Acting) -> tuple[float, float]:
-    """Powers in W that dissipative shares take and external ones bring on v + h a/2."""
+    """Powers in W taken by dissipative shares and brought by external ones, at v + h a/2."""
     lost = brought = 0.0
     for i in range(len(acting.taken)):
         lost -= acting.taken[i] * (v[i] + 0.5 * h * share[i] * f[i])
@@ -246,12 +246,12 @@ def fly(
     solver : of Rayleigh damping for this h
     hold : steps for which slow forces are held
     fresh : whether the flight begins here; else a holds the damping of the steps before
-    powers : (8,), of the instant before: what was taken and given, W, and force and torque from outside of all but
+    powers : (8,), of the previous instant: power taken and given, W, and external force and torque of all but
         restraints; those of the last step at the end
     limits : of strain, and of the rate of friction in 1/s, see `forces.drawcord`; infinite where nothing ends the steps
     motions : (steps + 1, 3, k), u in m, u̇ and ü of each of k driven components at the ends of the steps
-    history : (r, 3, 3n) and (r, 10), to be filled with x, v, a after each of the last r of the steps, and with
-        dissipated energy, work and impulse up to then, the largest tension at it and that up to then
+    history : (r, 3, 3n) and (r, 10), filled with x, v, a after each of the last r steps, and with dissipated energy,
+        work and impulse up to then, the largest tension at that step and the largest up to then
     """
     bodies, acting, held = load(addresses[0], Bodies), load(addresses[1], Acting), load(addresses[2], Held)
     rows, drums = load(acting.rows, Rows), load(acting.drums, Drums)
@@ -298,9 +298,7 @@ def fly(
                 f[i] += viscous[i]
                 if fresh:
                     powers[0] -= 0.5 * viscous[i] * (v[i] + now[i])
-        if fresh and (
-            dragged or len(drums.entry) > 0
-        ):  # what is stiff takes the velocity after this half step
+        if fresh and (dragged or len(drums.entry) > 0):  # stiff forces take the velocity after this half step
             for i in range(size):
                 a[i] = share[i] * f[i] if share[i] > 0.0 else a[i]
         for c in range(len(held.entry)):
@@ -371,7 +369,7 @@ def fly(
                 lost -= viscous[i] * now[i]
             if braked:
                 _add_brakes(x, now, solver.rest.alpha, bodies.in_space, powers[OUTSIDE:])
-        lost, brought = lost + sums[DISSIPATED], brought + sums[EXTERNAL]  # those of Python
+        lost, brought = lost + sums[DISSIPATED], brought + sums[EXTERNAL]  # those of forces in Python
         dissipated += h * lost
         work += h * brought
         for c in range(len(held.entry)):
@@ -428,14 +426,14 @@ def _end_step(
 def _add_brakes(
     x: FloatArray, v: FloatArray, alpha: FloatArray, in_space: BoolArray, row: FloatArray
 ) -> None:
-    """Row (6,) gains the forces of α M on all nodes, which come from outside, and their torques."""
+    """Add the forces of α M on all nodes, which are external, and their torques to row (6,)."""
     for i in range(len(v)):
         _add_force(x, i // 3, i % 3, -alpha[i] * v[i], in_space, row)
 
 
 @njit(cache=True, fastmath=FAST)
 def _add_force(x: FloatArray, node: int, c: int, F: float, in_space: BoolArray, row: FloatArray) -> None:
-    """Row (6,) gains a force F along the axis c on a node, and its torque."""
+    """Add a force F along the axis c on a node, and its torque, to row (6,)."""
     if in_space[node]:
         row[c] += F
         row[3 + (c + 1) % 3] += x[3 * node + (c + 2) % 3] * F

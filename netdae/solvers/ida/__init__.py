@@ -1,14 +1,14 @@
-"""SUNDIALS IDA: driven from Python, and by compiled callbacks hung into the library of scikit-sundae's wheel.
+"""SUNDIALS IDA: driven from Python, or by compiled callbacks put into the library of scikit-sundae's wheel.
 
 From Python: `stepper`, by scikit-sundae. Compiled, many steps at a time:
 
-- `native`, the stepper that takes it where it can; `trial`, which tries it before it is trusted;
+- `native`, the stepper that uses this driver where it can; `trial`, which tests it before it is trusted;
 - `chunk`, its loop of steps; `calls`, the functions that the library calls;
-- `kernel`, residual and powers; `newton`, the Newton matrix, with the `dyads` of cords through rings;
+- `kernel`, residual and powers; `newton`, the Newton matrix, with the `dyads` of drawcords;
 - `sundials`, the C library; `memory`, IDA's own objects;
-- `record`, all that these work on; `layout`, how compiled code sees it.
+- `record`, the data that these work on; `layout`, how compiled code sees it.
 
 Forces are those of `forces.table`.
 
-`failures` has the words for a flight that cannot go on, of both.
+`failures` has the error messages of both for a flight that cannot go on.
 """

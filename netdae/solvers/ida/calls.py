@@ -1,4 +1,4 @@
-"""What SUNDIALS calls, compiled to functions of C."""
+"""The callbacks of SUNDIALS, compiled to C functions."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def data_of(vector: int, size: int) -> Any:
 
 @njit(**OPTIONS)
 def put_curved_axes(t: float, predicted: FloatArray, net: Net, e: FloatArray) -> None:
-    """Let the correction bring axes that are asked for to their place at once, so that r₁ and r₂ vanish there."""
+    """Let the correction put axes with curved motions in place at once, so that r₁ and r₂ vanish there."""
     if not net.curved_axes:
         return
     set_time(load(net.rows, Rows), t)
@@ -50,7 +50,7 @@ def on_residual(t, y, yp, F, user):  # type: ignore[no-untyped-def]
 
 @cfunc(_I(_D, _D, _V, _V, _V, _V, _V, _V, _V, _V), **OPTIONS)
 def on_jacobian(t, cj, y, yp, F, J, user, one, two, three):  # type: ignore[no-untyped-def]
-    """IDALsJacFn: K made and factored, J itself left alone."""
+    """IDALsJacFn: assembles and factors K; J itself is left alone."""
     u = record_at(address_of(user))
     matrix, ldl = matrix_of(u), ldl_of(u)
     u.singular = assemble(t, data_of(address_of(y), 6 * u.n), cj, net_of(u), matrix, ldl)
@@ -99,7 +99,7 @@ def report_iteration(solver, out):  # type: ignore[no-untyped-def]
 def on_newton(solver, start, correction, weights, tolerance, wants_setup, memory):  # type: ignore[no-untyped-def]
     """SUNNonlinSolSolve: Newton's iteration for the correction e of the prediction, y = ŷ + e and ẏ = ẏ̂ + c_j e.
 
-    SUNDIALS' own one makes seven passes over vectors more in each iteration.
+    SUNDIALS' own makes seven more passes over vectors in each iteration.
     """
     here = address_of(solver)
     u = record_at(ints(here, 1)[0])
@@ -169,7 +169,7 @@ def on_weights(y, weights, user):  # type: ignore[no-untyped-def]
 
 @cfunc(_D(_V, _V), **OPTIONS)
 def on_norm(x, w):  # type: ignore[no-untyped-def]
-    """Weighted norm √(Σ (x w)²/N); SUNDIALS' own keeps the order of its sum, and is slower by half a step's tenth."""
+    """Weighted norm √(Σ (x w)²/N); SUNDIALS' own keeps the order of its sum, which costs a twentieth of a step more."""
     size = ints(ints(address_of(x), 1)[0], 1)[0] & 0xFFFFFFFF
     a, b = data_of(address_of(x), size), data_of(address_of(w), size)
     total = 0.0

@@ -20,7 +20,7 @@ _ERRORS_FAILED = RECORD.fields["errors_failed"][1]  # type: ignore[index]
 
 @njit(nogil=True, **OPTIONS)
 def begin_rates(address: int, row: int) -> float:
-    """The rates with which the sums go on from a row of the chunk; the largest tension there, N."""
+    """Compute the rates with which the sums continue from a row of the chunk; return the largest tension there, N."""
     u = record_at(address)
     chunk = chunk_of(u)
     return rates(chunk.times[row], chunk.states[row], net_of(u), chunk.rates)
@@ -28,10 +28,10 @@ def begin_rates(address: int, row: int) -> float:
 
 @njit(nogil=True, **OPTIONS)
 def fly(address: int, row: int, count: int, stop: float, span: float) -> int:
-    """Up to `count` steps from the state in `row`, not beyond `stop` and no more than `span` seconds; IDA's last code.
+    """Up to `count` steps from the state in `row`, not beyond `stop`, for at most `span` seconds; IDA's last code.
 
-    A step in which a cord is wound in whole does not count; it stands in the row after `made`.
-    The chunk's rows 0 to `made` are then times, states (x, v), slopes (ẋ, v̇), sums from its begin on, and tensions.
+    A step in which a cord is completely wound in does not count; it is kept in the row after `made`.
+    The chunk's rows 0 to `made` then hold times, states (x, v), slopes (ẋ, v̇), sums since its start, and tensions.
     """
     u = record_at(address)
     size, net, chunk = 6 * u.n, net_of(u), chunk_of(u)
@@ -82,7 +82,7 @@ def fly(address: int, row: int, count: int, stop: float, span: float) -> int:
 
 @njit(nogil=True, **OPTIONS)
 def inside(address: int, row: int, t: float, out: Any, share: Any) -> None:
-    """x, v, a at t in the step that begins at `row` into out (9n,), the sums since the chunk began into share (8,)."""
+    """Write x, v, a at t in the step from `row` on to out (9n,), the sums since the chunk began to share (8,)."""
     u = record_at(address)
     size, net, chunk = 6 * u.n, net_of(u), chunk_of(u)
     times, states, slopes, mid = chunk.times, chunk.states, chunk.slopes, np.empty(size)

@@ -1,8 +1,7 @@
-"""The dyads of cords through rings in the compiled Newton matrix, by Woodbury's formula. Symbols as in
-`linalg.condensed`.
+"""The dyads of drawcords in the compiled Newton matrix, by Woodbury's formula. Symbols as in `linalg.condensed`.
 
-The p of a dyad are zero but on the cord's own nodes, which are members of the factored part of A where the cord is
-taut: so is Z.
+The p of a dyad are zero except on the cord's own nodes, which are members of the factored part of A where the cord is
+taut. So Z is zero outside this part.
 """
 
 from __future__ import annotations
@@ -21,15 +20,15 @@ OPTIONS = {"cache": True, **LAWS_OPTIONS}
 
 
 class Dyads(NamedTuple):
-    """Dyads of the forces with links that act, at the last setup.
+    """Dyads of the active forces with links, at the last setup.
 
     A dyad d of an element of k nodes has its vectors in rows d k to (d + 1) k of its left, by_x and by_v, (3,) a node.
     """
 
     elements: Wholes  # (c,), addresses of the forces' Elements
-    owner: Wholes  # (r,), address of the Elements that a dyad is of
+    owner: Wholes  # (r,), address of the Elements of each dyad
     first: Wholes  # (r,), where its vectors begin
-    number: Wholes  # (1,), r now
+    number: Wholes  # (1,), the present r
     Z: Reals2  # (3n, r), A⁻¹ P
     W: Reals2  # (r, r), I − Qᵀ Z, factored
     swaps: Wholes  # (r,), of its rows
@@ -38,7 +37,7 @@ class Dyads(NamedTuple):
 
 @njit(**OPTIONS)
 def factor_dyads(dyads: Dyads, cj: float, free: FloatArray, n: int, ldl: Ldl) -> bool:
-    """Make Z and I − Qᵀ Z with the factor of A, see `linalg.block_ldl`; False if that is singular.
+    """Compute Z and I − Qᵀ Z with the factor of A, see `linalg.block_ldl`; False if the latter is singular.
 
     Of the tangents by_x becomes q_T + c_j q_D, and left is zeroed on restrained axes.
     """
@@ -82,7 +81,7 @@ def factor_dyads(dyads: Dyads, cj: float, free: FloatArray, n: int, ldl: Ldl) ->
 
 @njit(**OPTIONS)
 def _solve_many(n: int, ldl: Ldl, Z: FloatArray, count: int) -> None:
-    """The members' rows of the first columns of Z (3n, r) become those of A⁻¹ Z, see `linalg.block_ldl`."""
+    """Overwrite the members' rows of the first columns of Z (3n, r) with those of A⁻¹ Z, see `linalg.block_ldl`."""
     members, L_start, L_row, L, pivots = ldl.order, ldl.L_start, ldl.L_row, ldl.L, ldl.pivots
     for k in range(n):
         a = 3 * members[k]
@@ -120,7 +119,7 @@ def _along(vectors: FloatArray, at: int, nodes: IntArray, y: FloatArray) -> floa
 
 @njit(**OPTIONS)
 def add_dyad_products(dyads: Dyads, r1: FloatArray, right: FloatArray) -> None:
-    """right (3n,) gains that part of D r₁ that the blocks leave out: it loses Σ p (q_D · r₁)."""
+    """Add to right (3n,) the part of D r₁ that the blocks leave out, −Σ p (q_D · r₁)."""
     for d in range(dyads.number[0]):
         el, at = load(dyads.owner[d], Elements), dyads.first[d]
         amount = _along(el.by_v, at, el.nodes, r1)
@@ -149,7 +148,7 @@ def complete(dyads: Dyads, members: IntArray, y: FloatArray) -> None:
 
 @njit(**OPTIONS)
 def _factor(W: FloatArray, swaps: IntArray, r: int) -> bool:
-    """LU of the first r rows and columns of W in their place, with pivots by rows; False if it is singular."""
+    """LU of the first r rows and columns of W in place, with row pivoting; False if it is singular."""
     for k in range(r):
         best = k
         for i in range(k + 1, r):

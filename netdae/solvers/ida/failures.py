@@ -1,4 +1,4 @@
-"""What a flight with IDA that cannot go on says, whichever driver flew it."""
+"""Error messages of IDA flights that cannot go on, for both drivers."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import numpy as np
 from netdae.core.arrays import FloatArray
 from netdae.system.system import System
 
-STUCK = 1000  # steps without progress of the clock before a run is given up
+STUCK = 1000  # steps without progress in time before a run is given up
 STANDS_STILL = -100  # the code of that; SUNDIALS' own are above
-WOUND_IN = -101  # the code of a cord whose rest length has come to its end
+WOUND_IN = -101  # the code of a cord whose rest length is used up
 
 _REASONS = {
     -3: "the error test failed again and again, down to the smallest step",

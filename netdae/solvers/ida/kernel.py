@@ -1,8 +1,8 @@
-"""The residual for the compiled driver of IDA, and what the energy balance gains per second.
+"""The residual for the compiled driver of IDA, and the rates of the energy balance.
 
 Symbols as in `stepper`: F₁ = ẋ − v and F₂ = M v̇ − f. Arrays are flat, y = (x, v) (6n,) with node i at 3i. Forces are
-those of the table. Restrained axes that are linear in time are predicted exactly, others are put in their place by
-Newton's correction, so that r₁ and r₂ vanish on them but for round-off: their coupling is left out of K.
+those of the table. Restrained axes that are linear in time are predicted exactly, others are set by Newton's
+correction, so that r₁ and r₂ vanish on them up to round-off: their coupling is left out of K.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from netdae.forces.table import Rows, add_forces, add_rates, set_time, sift
 OPTIONS = {"cache": True, **LAWS_OPTIONS}
 
 RATES = 8
-"""Dissipated power, external power, force (3,), torque (3,): what is summed over steps."""
+"""Dissipated power, external power, force (3,), torque (3,): the rates that are summed over steps."""
 
 
 class Net(NamedTuple):
     """What moves, and what acts on it.
 
-    Restrained axes are at place + speed (t − since). Elements that may act are those of the table while no coordinate
-    is farther than `reach` from where it was at near_x: two nodes then part by no more than 2√3 `reach`.
+    Restrained axes are at place + speed (t − since). The table's elements that may act stay the same while no
+    coordinate is farther than `reach` from near_x: two nodes then part by no more than 2√3 `reach`.
     """
 
     rows: int  # address of the table's
@@ -39,16 +39,16 @@ class Net(NamedTuple):
     speed: Reals  # (c,), m/s
     gain: Reals  # (c,), m/s²
     since: Reals  # (1,), s
-    curved_axes: bool  # whether Python puts them in their place
+    curved_axes: bool  # whether Python sets these axes
     near_x: Reals  # (3n,), m
     reach: float  # m
-    f: Reals  # (3n,), N, room to work in
-    sums: Reals  # (11,), room, see `forces.loops`
+    f: Reals  # (3n,), N, workspace
+    sums: Reals  # (11,), workspace, see `forces.loops`
 
 
 @njit(**OPTIONS)
 def look(x: FloatArray, net: Net, rows: Rows) -> None:
-    """Find the elements that may act anew if the net has moved too far."""
+    """Find anew the elements that may act if the net has moved too far."""
     far = 0
     for k in range(len(x)):
         far += not abs(x[k] - net.near_x[k]) <= net.reach  # counts not-a-number
@@ -60,7 +60,7 @@ def look(x: FloatArray, net: Net, rows: Rows) -> None:
 
 @njit(**OPTIONS)
 def forces(t: float, x: FloatArray, v: FloatArray, net: Net) -> None:
-    """All forces into net.f."""
+    """Write all forces to net.f."""
     rows = load(net.rows, Rows)
     for k in range(len(net.f)):
         net.f[k] = 0.0
@@ -71,7 +71,7 @@ def forces(t: float, x: FloatArray, v: FloatArray, net: Net) -> None:
 
 @njit(**OPTIONS)
 def residual(t: float, y: FloatArray, yp: FloatArray, net: Net, F: FloatArray) -> int:
-    """F₁ and F₂ into F; the first entry that is not finite, or −1."""
+    """Write F₁ and F₂ to F; return the first entry that is not finite, or −1."""
     n3 = 3 * len(net.mass)
     x, v, dx, dv = y[:n3], y[n3:], yp[:n3], yp[n3:]
     F1, F2 = F[:n3], F[n3:]
@@ -99,7 +99,7 @@ def residual(t: float, y: FloatArray, yp: FloatArray, net: Net, F: FloatArray) -
 
 @njit(**OPTIONS)
 def rates(t: float, y: FloatArray, net: Net, out: FloatArray) -> float:
-    """Powers and wrench from outside at y, into out (8,); the largest tension, N."""
+    """Write powers and external wrench at y to out (8,); return the largest tension, N."""
     n3 = 3 * len(net.mass)
     x, v, sums = y[:n3], y[n3:], net.sums
     rows = load(net.rows, Rows)
@@ -124,7 +124,7 @@ def rates(t: float, y: FloatArray, net: Net, out: FloatArray) -> float:
 
 @njit(**OPTIONS)
 def add_wrench(x: FloatArray, k: int, force: float, out: FloatArray) -> None:
-    """The force along entry k of x, and its moment about the origin, to out[2:8]."""
+    """Add the force along entry k of x, and its moment about the origin, to out[2:8]."""
     c = k % 3
     node = k - c
     after, before = (c + 1) % 3, (c + 2) % 3
@@ -135,7 +135,7 @@ def add_wrench(x: FloatArray, k: int, force: float, out: FloatArray) -> None:
 
 @njit(**OPTIONS)
 def middle(h: float, y0: FloatArray, y1: FloatArray, y: FloatArray) -> None:
-    """The Hermite midpoint of a step of length h, see `energy_balance`, into y."""
+    """Write the Hermite midpoint of a step of length h, see `energy_balance`, to y."""
     n3 = len(y) // 2
     for k in range(n3):
         x0, x1, v0, v1 = y0[k], y1[k], y0[n3 + k], y1[n3 + k]
@@ -147,7 +147,7 @@ def middle(h: float, y0: FloatArray, y1: FloatArray, y: FloatArray) -> None:
 def between(
     h: float, s: float, y0: FloatArray, p0: FloatArray, y1: FloatArray, p1: FloatArray, out: FloatArray
 ) -> None:
-    """x, v and a at the share s of a step of length h into out (9n,): cubics through x with v and through v with a."""
+    """x, v, a at the fraction s of a step of length h, to out (9n,): cubics through x with v and through v with a."""
     n3 = len(y0) // 2
     r = 1.0 - s
     w0, w1, d0, d1 = r * r * (1 + 2 * s), s * s * (3 - 2 * s), h * s * r * r, -h * s * s * r

@@ -1,4 +1,4 @@
-"""The record of the compiled driver of IDA: numbers that change, and the addresses of all else that it works on.
+"""The record of the compiled driver of IDA: numbers that change, and the addresses of all other data.
 
 Its own address is IDA's user data and the content of Newton's solver. `ida.record` fills it.
 """
@@ -32,7 +32,7 @@ RECORD = np.dtype(
 
 
 class Chunk(NamedTuple):
-    """The steps of a chunk, (rows,), and room for one."""
+    """The steps of a chunk, (rows,), and workspace for one step."""
 
     times: Reals
     states: Reals2  # (rows, 6n), x and v

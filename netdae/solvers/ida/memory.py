@@ -22,10 +22,10 @@ from netdae.solvers.ida.record import IdaRecord
 from netdae.solvers.ida.sundials import Sundials, put, word
 from netdae.solvers.options import HIGHEST_ORDER, SolverOptions
 
-# Steps are kept while they would grow to less than twice or shrink to more than 0.7, so that c_j and with it the
-# factor stays; a change of c_j by more than a tenth makes a new factor; Newton's corrections may end at 0.6 of the
-# error norm. Measured on the reference flight of 21 x 21 knots: 16 % fewer residuals, 2.7 times fewer Newton failures
-# and half the loss of energy of IDA's own settings, for 25 % more factors of the few taut cables.
+# The step is kept unless it would grow to at least twice or shrink to 0.7 or less, so that c_j and with it the factor
+# stay. A change of c_j by more than a tenth makes a new factor; Newton's corrections may end at 0.6 of the error norm.
+# Measured on the reference flight of 21 x 21 knots against IDA's own settings: 16 % fewer residuals, 2.7 times fewer
+# Newton failures and half the loss of energy, for 25 % more factors of the few taut cables.
 KEPT_STEPS = (0.7, 2.0)
 KEPT_CJ = 0.1
 KEPT_CJ_WHOLE = 0.4  # with Rayleigh damping, whose factor is ten times as expensive
@@ -107,7 +107,7 @@ class IdaMemory:
         self._library.call("N_VDestroy", vector)
 
     def free(self) -> None:
-        """Give all of it back."""
+        """Free all of it."""
         call = self._library.call
         call("IDAFree", c.byref(c.c_void_p(self._ida)))
         call("SUNNonlinSolFreeEmpty", self._newton)

@@ -1,8 +1,8 @@
 """The Newton matrix of `ida.kernel`: assembled, factored, and the condensed solve of `linalg.condensed` with it.
 
 K = c_j² M + c_j D + T in 3×3 blocks, with the symmetric parts of T = −∂f/∂x and D = −∂f/∂v. It is factored over the
-nodes of those elements that act, whose graph is found anew each time: elsewhere it is c_j² M. Forces with a constant
-tangent, as those of Rayleigh damping, couple all nodes always: with them the whole is factored. Symbols as in
+nodes of the active elements, whose graph is found anew each time; elsewhere it is c_j² M. Forces with a constant
+tangent, such as Rayleigh damping, always couple all nodes: with them the whole matrix is factored. Symbols as in
 `linalg.condensed`.
 """
 
@@ -21,14 +21,14 @@ from netdae.solvers.ida.dyads import Dyads, add_dyad_products, complete, factor_
 from netdae.solvers.ida.kernel import OPTIONS, Net, look
 from netdae.solvers.linalg.block_ldl import Ldl, _numeric, _solve, _symbolic
 
-SINGULAR_DYADS = -2  # what `factor` reports
+SINGULAR_DYADS = -2  # what `factor` returns
 
 PAIRS, ELEMENTS, LINKS, STEADY = 1, 2, 3, 4
 """How a force couples nodes: by d and w alone, by all its nodes, along links and by dyads, or by a constant ∂f/∂v."""
 
 
 class Coupling(NamedTuple):
-    """How one force takes part in K."""
+    """The part of one force in K."""
 
     kind: int
     elements: int  # address of its Elements
@@ -38,7 +38,7 @@ class Coupling(NamedTuple):
 
 
 class Matrix(NamedTuple):
-    """K over those nodes that are coupled at the moment, its members, which its LDLᵀ has in their order."""
+    """K over the nodes that are coupled at present, its members, in the order of its LDLᵀ."""
 
     couplings: Wholes  # (f,), addresses
     K: Reals3  # (b, 3, 3)
@@ -46,7 +46,7 @@ class Matrix(NamedTuple):
     diagonal: Wholes  # (n,), block of each node
     free: Reals  # (3n,), 0 on restrained axes, 1 on others; or none
     inverse: Reals  # (3n,), 1/mass, kg⁻¹
-    counts: Wholes  # (2,), of couples, of the members
+    counts: Wholes  # (2,), numbers of couples and of members
     low: Wholes  # (off,), nodes of each couple, low < high, and their block
     high: Wholes
     block: Wholes
@@ -59,7 +59,7 @@ class Matrix(NamedTuple):
 def assemble(t: float, y: FloatArray, cj: float, net: Net, matrix: Matrix, ldl: Ldl) -> int:
     """K at y, with symmetric parts only; the rows' `Elements` keep the tangents for the solves.
 
-    A node without mass that nothing couples, or −1.
+    Returns a node without mass that nothing couples, or −1.
     """
     n3 = 3 * len(net.mass)
     x, v, K = y[:n3], y[n3:], matrix.K
@@ -75,7 +75,7 @@ def assemble(t: float, y: FloatArray, cj: float, net: Net, matrix: Matrix, ldl: 
         for i in range(len(net.mass)):
             _add_mass(cj, i, net.mass, matrix)
     else:
-        for k in range(matrix.counts[0]):  # the blocks that the former one had
+        for k in range(matrix.counts[0]):  # the blocks of the previous matrix
             K[matrix.block[k]] = 0.0
         for k in range(matrix.counts[1]):
             matrix.place[ldl.order[k]] = -1
@@ -109,7 +109,7 @@ def _couple(i: int, j: int, block: int, matrix: Matrix) -> None:
 
 @njit(**OPTIONS)
 def _add_mass(cj: float, node: int, mass: FloatArray, matrix: Matrix) -> None:
-    """c_j² m on the diagonal block of a node, and 1 on its restrained axes, whose rows are else zero."""
+    """c_j² m on the diagonal block of a node, and 1 on its restrained axes, whose rows are otherwise zero."""
     block = matrix.K[matrix.diagonal[node]]
     for r in range(3):
         block[r, r] += cj * cj * mass[node]
@@ -159,7 +159,7 @@ def _add_pair(
     free: FloatArray,
     masked: bool,
 ) -> None:
-    """The entry (r, c) of the blocks of both nodes and of the one between them."""
+    """Add k to the entry (r, c) of the blocks of both nodes, and subtract it from that of the block between them."""
     if masked:
         A[r, c] += k * free[i + r] * free[i + c]
         B[r, c] += k * free[j + r] * free[j + c]
@@ -175,7 +175,7 @@ def _add_elements(cj: float, mass: FloatArray, matrix: Matrix, coupling: Couplin
     el, nodes = load(coupling.elements, Elements), coupling.nodes
     k = nodes.shape[1]
     size, T, D = 9 * k * k, el.K, el.C
-    if coupling.kind == LINKS and el.counts[1] > 0:  # a drum has a part in dyads alone
+    if coupling.kind == LINKS and el.counts[1] > 0:  # a drum takes part in dyads alone
         for a in range(el.nodes.shape[1]):
             _join(cj, el.nodes[0, a] // 3, mass, matrix)
     for q in range(el.counts[1]):
@@ -200,7 +200,7 @@ def _add_elements(cj: float, mass: FloatArray, matrix: Matrix, coupling: Couplin
 
 @njit(forceinline=True, **OPTIONS)
 def _add(matrix: Matrix, block: int, i: int, j: int, r: int, s: int, value: float) -> None:
-    """The entry (r, s) of the block between entries i ≤ j gains a value, unless one of the axes is restrained."""
+    """Add a value to the entry (r, s) of the block between entries i ≤ j, unless one of the axes is restrained."""
     if len(matrix.free):
         value *= matrix.free[i + r] * matrix.free[j + s]
     matrix.K[block, r, s] += value
@@ -210,7 +210,7 @@ def _add(matrix: Matrix, block: int, i: int, j: int, r: int, s: int, value: floa
 def _find_graph(mass: FloatArray, matrix: Matrix, ldl: Ldl) -> int:
     """The members, which have place ≥ 0, in the order of elimination, and the blocks beside the diagonal by columns.
 
-    A free node without mass that is none, or −1.
+    Returns a free node without mass that is no member, or −1.
     Two elements between the same nodes put the same block there twice, which does no harm.
     """
     place, start, size, count = matrix.place, ldl.column_start, 0, matrix.counts[0]
@@ -257,7 +257,7 @@ def factor(cj: float, matrix: Matrix, ldl: Ldl, dyads: Dyads) -> int:
 
 @njit(**OPTIONS)
 def _add_products(r1: FloatArray, net: Net, matrix: Matrix, right: FloatArray) -> None:
-    """right (3n,) gains D r₁ of all blocks; restrained axes are not spared."""
+    """Add D r₁ of all blocks to right (3n,), restrained axes included."""
     for c in range(len(matrix.couplings)):
         coupling = load(matrix.couplings[c], Coupling)
         el = load(coupling.elements, Elements)
@@ -310,7 +310,7 @@ def solve(
         right[net.entry[c]] = 0.0
     size, scale = matrix.counts[1], 2.0 / (1.0 + cj_now / cj)
     alone = scale / (cj * cj)
-    for k in range(n3):  # nodes that are no members
+    for k in range(n3):  # nodes that are not members
         z[k] = alone * matrix.inverse[k] * right[k]
     _solve(size, ldl, right.reshape((len(net.mass), 3)))
     if len(dyads.elements) > 0:

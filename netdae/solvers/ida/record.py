@@ -1,4 +1,4 @@
-"""The record of a system for `ida.calls`: what compiled code works on, and what Python changes of it."""
+"""The record of a system for `ida.calls`: what compiled code works on, and what Python changes in it."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ from netdae.system.assembly import scatter_blocks
 from netdae.system.net_forces import coupled_by
 from netdae.system.system import System
 
-MARGIN = 0.02  # of the shortest cable: those that lack more to be taut are passed over until the net has moved so far
+MARGIN = 0.02  # of the shortest cable: cables that lack more to be taut are skipped until the net has moved this far
 
 
 class IdaRecord:
     """Numbers by `[name]`, and the NamedTuples of arrays behind it.
 
-    rows : steps that a chunk has at most
-    address : of the record; whole : whether K is factored whole, as Rayleigh damping asks for
+    rows : largest number of steps in a chunk
+    address : of the record; whole : whether K is factored whole, as Rayleigh damping requires
     """
 
     def __init__(self, system: System, drive: Drive, options: SolverOptions, rows: int) -> None:
@@ -78,13 +78,13 @@ class IdaRecord:
             self._record[name] = value
 
     def take(self, name: str) -> int:
-        """A count, which begins anew."""
+        """A count, which is reset."""
         value = int(self[name])
         self.set(**{name: 0})
         return value
 
     def go_on(self, part: System, t: float) -> None:
-        """Loads and restrained axes as they are from t on in a part of a phase, in which they are linear in time."""
+        """Set loads and restrained axes to those from t on in a part of a phase, in which they are linear in time."""
         begin, end = part.inside(t), part.inside(np.inf)
         self._net.values.since[0] = begin
         self.table.go_on(begin, end, part.inside)
@@ -92,7 +92,7 @@ class IdaRecord:
             self._hold(begin)
 
     def _hold(self, t: float) -> None:
-        """Restrained axes as they are at t: on lines that pass there with their speed."""
+        """Set restrained axes to those at t: on lines that pass there with their speed."""
         net: Net = self._net.values
         x_d, v_d, a_d = (each.ravel()[self._entry] for each in self._drive.at(t))
         net.place[:], net.speed[:], net.gain[:] = x_d - v_d * (t - net.since[0]), v_d, a_d
@@ -122,7 +122,7 @@ def _net_of(system: System, table: Table, entry: IntArray, *, curved_axes: bool)
 
 
 def _couplings_of(system: System, table: Table) -> tuple[list[Coupling], int]:
-    """Of all forces that Newton's matrix takes a part of; and how many couples of nodes they may have at once."""
+    """Couplings of all forces with a part in Newton's matrix; and how many couples of nodes they may have at once."""
     found, couples = [], 0
     for row, (force, record) in enumerate(zip(system.forces, table.elements, strict=True)):
         nodes = coupled_by(force)

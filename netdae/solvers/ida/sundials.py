@@ -1,8 +1,8 @@
 """SUNDIALS' C library, as scikit-sundae ships it, by ctypes: found, typed and checked.
 
-scikit-sundae calls Python at each residual, setup and solve, with fresh array views: nine tenths of a small net's
-flight. The library beneath takes any C function, so compiled callbacks can be hung in: see `ida.native`. What it needs
-of the library's memory layout is found by comparing with exported symbols, and given up where it does not agree.
+scikit-sundae calls Python at each residual, setup and solve, with fresh array views: nine tenths of the time of a small
+net's flight. The underlying library takes any C function, so compiled callbacks can be put in: see `ida.native`. The
+library's memory layout is found by comparison with exported symbols; where it does not agree, this way is given up.
 
 An object of SUNDIALS is a row of words {content, [more], table of operations, context}; the content of a serial vector
 is {length, ownership, data}, of which length and ownership share a word where indices have 32 bits.
@@ -22,7 +22,7 @@ import numpy as np
 
 from netdae.core.arrays import FloatArray
 
-# its notes go nowhere: what went wrong is reported by the codes that its functions return
+# its messages are dropped: errors are reported by the codes that its functions return
 os.environ.setdefault("SUNLOGGER_WARNING_FILENAME", os.devnull)
 
 VERSION = 7  # of SUNDIALS, whose signatures stand below
@@ -88,11 +88,11 @@ _NEWTON = tuple(
     )
 )
 _OPERATIONS = (("N_VWrmsNorm_Serial",), _LINEAR, _NEWTON)
-_LONGEST_TABLE = dict(zip(_OPERATIONS, (50, 16, 18), strict=True))  # words that such a table has
+_LONGEST_TABLE = dict(zip(_OPERATIONS, (50, 16, 18), strict=True))  # words in such a table
 
 
 class Unavailable(ImportError):  # noqa: N818  # it says what the library is
-    """The library is not there, or is another one than these signatures are of."""
+    """The library is missing, or does not match these signatures."""
 
 
 class Sundials:
@@ -117,18 +117,18 @@ class Sundials:
         self._look_into_objects()
 
     def call(self, name: str, *arguments: Any) -> Any:
-        """What a function returns; raises Unavailable for a code that reports of a failure."""
+        """The result of a function; raises Unavailable for an error code."""
         result = self._functions[name](*arguments)
         if _SIGNATURES[name][0] is _I and result < 0:
             raise Unavailable(f"SUNDIALS: {name} gave {result}")
         return result
 
     def address_of(self, name: str) -> int:
-        """Where a function begins."""
+        """Address of a function."""
         return c.cast(getattr(self._library, name), _P).value or 0
 
     def context(self) -> int:
-        """A context that keeps its errors to itself."""
+        """A context that prints no errors."""
         context = _P()
         self.call("SUNContext_Create", 0, c.byref(context))
         self.call("SUNContext_ClearErrHandlers", context)
@@ -170,7 +170,7 @@ class Sundials:
         raise Unavailable(f"no table of SUNDIALS holds {', '.join(names)}")
 
     def put_operation(self, thing: int, name: str, function: int | None = None) -> None:
-        """Put a function into an object's table in the place of the one that is called so, by default that one."""
+        """Put a function into an object's table under this name; by default the library's own function of that name."""
         at, slot = self._places[name]
         put(word(thing, at), slot, self.address_of(name) if function is None else function)
 
@@ -187,12 +187,12 @@ def put(address: int, index: int, value: int) -> None:
 
 @cache
 def sundials() -> Sundials:
-    """The library, looked for once; raises Unavailable."""
+    """The library, loaded once; raises Unavailable."""
     return Sundials()
 
 
 def library_path() -> Path:
-    """scikit-sundae's extension, through which all that it is linked with can be had; raises Unavailable."""
+    """scikit-sundae's extension, through which all libraries linked to it are reached; raises Unavailable."""
     found = importlib.util.find_spec("sksundae")
     folders = [] if found is None else list(found.submodule_search_locations or [])
     for folder in folders:

@@ -1,8 +1,8 @@
 """A trial of the compiled driver before its first flight: two nodes on a cable, flown by IDA and by SciPy's DOP853.
 
-The compiled driver writes into the objects of a C library. Where that library is laid out otherwise than expected, what
-comes out is wrong rather than refused: it is trusted when it agrees with a solver that shares no memory with it. What
-has agreed once is noted beside the compiled kernels, for just this library and this source.
+The compiled driver writes into the objects of a C library. If that library's layout is not as expected, results are
+wrong without an error. So the driver is trusted only once it agrees with a solver that shares no memory with it. An
+agreement is recorded beside the compiled kernels, for exactly this library and this source.
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ Driver = Callable[[System, Drive, SolverOptions], Stepper]
 
 
 def check_agreement(driver: Driver) -> None:
-    """Raise Unavailable where a driver of IDA does not find the flight that SciPy finds."""
+    """Raise Unavailable where a driver of IDA does not reproduce SciPy's flight."""
     note = _note()
     if note.exists():
         return
     found = difference(driver)
     if not found <= AGREES:
         raise Unavailable(f"IDA differs from SciPy by {found:.3g} on two nodes, more than {AGREES:g}")
-    with contextlib.suppress(OSError):  # a folder that is not ours is tried again next time
+    with contextlib.suppress(OSError):  # a folder that cannot be written: the trial is repeated next time
         note.parent.mkdir(exist_ok=True)
         note.touch()
 
@@ -79,7 +79,7 @@ def _flown(solver: Stepper, system: System, y: FloatArray) -> FloatArray:
 
 
 def _by_scipy(system: System, y: FloatArray) -> FloatArray:
-    """The cable stays taut: a formula of eighth order finds nothing to trip over."""
+    """By DOP853: the cable stays taut, so a formula of eighth order meets no kink."""
     fun = lambda t, flat: _slope(system, flat.reshape(y.shape)).ravel()  # noqa: E731
     flight = solve_ivp(fun, (0.0, END), y.ravel(), method="DOP853", rtol=1e-12, atol=1e-14)
     return np.asarray(flight.y[:, -1]).reshape(y.shape)
@@ -90,7 +90,7 @@ def _slope(system: System, y: FloatArray) -> FloatArray:
 
 
 def _note() -> Path:
-    """The file that says that they agree."""
+    """The file that records the agreement."""
     path = library_path()
     library = path.stat()
     reported = f"{path} {library.st_size} {library.st_mtime_ns} {version_of('netdae.solvers.ida.native')}"

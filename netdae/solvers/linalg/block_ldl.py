@@ -1,9 +1,9 @@
-"""Sparse LDLᵀ in 3×3 blocks over those couplings that are not zero at the moment.
+"""Sparse LDLᵀ in 3×3 blocks over the couplings that are nonzero at present.
 
-A slack cable adds nothing to T, and with the dashpot nothing to D: its block in K is zero. In a flight some
-tenth of the cables are taut, so the elimination graph of the blocks that are there is far smaller than that
-of the whole net; elimination tree and factor are made anew at each setup, in a minimum-degree order of the
-nodes that is found once. With Rayleigh damping all blocks are there and the factor is the whole one.
+A slack cable adds nothing to T, nor, with its dashpot, to D: its block in K is zero. In a flight about a
+tenth of the cables are taut, so the elimination graph of the nonzero blocks is far smaller than that of the
+whole net. Elimination tree and factor are made anew at each setup, in a minimum-degree order of the nodes
+that is found once. With Rayleigh damping all blocks are nonzero and the factor is the full one.
 
 The method is the up-looking LDLᵀ of T. A. Davis, Algorithm 849 (ACM TOMS 31, 2005, doi:10.1145/1114268.1114277),
 with nodes for unknowns and 3×3 blocks for numbers: K = L D Lᵀ with unit blocks on the diagonal of L.
@@ -24,7 +24,7 @@ from netdae.system.assembly import BlockPattern
 
 
 class Ldl(NamedTuple):
-    """A matrix of n nodes by block columns, its factor, and room to make it; arrays may be longer than n asks for.
+    """A matrix of n nodes by block columns, its factor, and workspace; arrays may be longer than n requires.
 
     order : the node at each place of the elimination; diagonal : its block in K
     """
@@ -54,7 +54,7 @@ SINGULAR = 1e-14  # a pivot over the diagonal of its block before elimination: r
 
 @njit(cache=True)
 def _symbolic(K: FloatArray, n: int, ldl: Ldl) -> None:
-    """Which couplings of n nodes are there, their elimination tree, and where the columns of L start."""
+    """Find the nonzero couplings of n nodes, their elimination tree, and where the columns of L start."""
     present, parent, L_start, flag = ldl.present, ldl.parent, ldl.L_start, ldl.flag
     L_start[: n + 1] = 0
     for k in range(n):
@@ -84,9 +84,9 @@ def _symbolic(K: FloatArray, n: int, ldl: Ldl) -> None:
 def _factor_pivot(A: FloatArray, scale: float, pivot: FloatArray) -> bool:
     """LDLᵀ of a symmetric 3×3 block as (l10, l20, l21, 1/d0, 1/d1, 1/d2); False if it is singular.
 
-    scale : largest diagonal entry of the block before elimination, of which round-off is a share
+    scale : largest diagonal entry of the block before elimination, to which round-off is relative
 
-    Not its inverse: stiff along a cable and soft across it, the block would lose digits of the momentum.
+    The inverse is not used: stiff along a cable and soft across it, the block would lose digits of the momentum.
     """
     least = SINGULAR * scale
     d0 = A[0, 0]
@@ -119,7 +119,7 @@ def _solve_pivot(pivot: FloatArray, b0: float, b1: float, b2: float) -> tuple[fl
 
 @njit(cache=True)
 def _numeric(K: FloatArray, n: int, ldl: Ldl) -> int:
-    """L and the factored pivots D by rows; the number of the first singular pivot, or −1."""
+    """Compute L and the factored pivots D by rows; return the number of the first singular pivot, or −1."""
     parent, flag, path, stack, Y = ldl.parent, ldl.flag, ldl.path, ldl.stack, ldl.Y
     L_start, L_row, L_count, L, pivots = ldl.L_start, ldl.L_row, ldl.filled, ldl.L, ldl.pivots
     D = np.empty((3, 3))
@@ -183,7 +183,7 @@ def _numeric(K: FloatArray, n: int, ldl: Ldl) -> int:
 
 @njit(cache=True)
 def _solve(n: int, ldl: Ldl, b: FloatArray) -> None:
-    """The rows of b (·, 3) of the n nodes become those of K⁻¹ b."""
+    """Overwrite the rows of b (·, 3) of the n nodes with those of K⁻¹ b."""
     order, L_start, L_row, L, pivots, y = ldl.order, ldl.L_start, ldl.L_row, ldl.L, ldl.pivots, ldl.y
     for k in range(n):
         for c in range(3):

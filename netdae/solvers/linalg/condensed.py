@@ -10,16 +10,16 @@ a system of 3n unknowns. On restrained axes c both rows are algebraic, x − x_d
     dx_c = r₁,  dv_c = r₂,      K_ff dx_f = r₂ + c_j M r₁ + [D u]_f − [T w]_f,   u = (r₁f, −dv_c),  w = (0, dx_c),
 
 for which the rows and columns of c are zeroed in K, with 1 + c_j² M on the diagonal (of the size of its neighbours).
-K takes the symmetric parts of T and D, so that one LDLᵀ serves; what is left out slows Newton's iteration
-but does not change its result. Negative pivots are accepted: gravity gradients and contact bring them.
+K takes the symmetric parts of T and D, so that one LDLᵀ suffices; what is left out slows Newton's iteration
+but does not change its result. Negative pivots are accepted: gravity gradients and contact cause them.
 
-A cord through many rings couples all of them, which would fill the factor. Its tangents are dyads beside a chain of
-blocks: T and D lose Σ p ⊗ q_T and Σ p ⊗ q_D. With P (3n, r) the p as columns, zeroed on restrained axes, Q those of
+A drawcord through many rings couples all of them, which would fill the factor. Its tangents are a chain of blocks
+minus dyads: Σ p ⊗ q_T in T and Σ p ⊗ q_D in D. With P (3n, r) the p as columns, zeroed on restrained axes, Q those of
 q_T + c_j q_D and A the matrix of the blocks alone, Woodbury's formula is exact (Sherman and Morrison's for r = 1):
 
     K = A − P Qᵀ,       K⁻¹ b = y + Z (I − Qᵀ Z)⁻¹ Qᵀ y  with  y = A⁻¹ b,  Z = A⁻¹ P:
 
-r more solves at a setup, and none beside y at a solve. Dyads may be unsymmetric: nothing of them is left out.
+This takes r more solves per setup and, besides y, none per solve. Dyads may be unsymmetric: they are kept in full.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ from netdae.system.system import System
 
 
 class Factorization(Protocol):
-    """A direct solver of symmetric block matrices with one pattern: the place for another LDLᵀ or Cholesky."""
+    """A direct solver of symmetric block matrices with one pattern: the interface for another LDLᵀ or Cholesky."""
 
     def factor(self, K: FloatArray) -> None:
         """Factor the matrix with the upper blocks K (b, 3, 3); raises RunError if it is singular."""
@@ -123,7 +123,7 @@ class Dyads:
 
     @classmethod
     def of(cls, system: System, t: float, x: FloatArray, v: FloatArray) -> Dyads | None:
-        """Of all forces with links that are not nothing at this state."""
+        """Dyads of all forces with links that have any at this state."""
         parts = []
         for force in system.forces:
             if force.newton == "links":
@@ -138,7 +138,7 @@ class Dyads:
         return cls(left, by_x, by_v, system.restrained)
 
     def factor(self, factorization: Factorization, cj: float) -> None:
-        """Make Z and (I − Qᵀ Z)⁻¹ with the factor of A."""
+        """Compute Z and (I − Qᵀ Z)⁻¹ with the factor of A."""
         r = len(self._left)
         self._Q = self._by_x + cj * self._by_v
         self._Z = np.empty_like(self._left)
@@ -150,7 +150,7 @@ class Dyads:
             raise RunError("the Newton matrix is singular by its cords: nothing holds them") from error
 
     def add_products(self, r1: FloatArray, r2: FloatArray, right: FloatArray) -> None:
-        """right (n, 3) gains those parts of [D u]_f − [T w]_f that the blocks leave out."""
+        """Add to right (n, 3) the parts of [D u]_f − [T w]_f that the blocks leave out."""
         held = self._held
         u = np.where(held, -r2.ravel(), r1.ravel())
         w = np.where(held, r1.ravel(), 0.0)
@@ -164,7 +164,7 @@ class Dyads:
 class CondensedSolver:
     """Factor J at one state; solve with it at later ones, whose c_j may differ a little.
 
-    factorization : maker of the LDLᵀ of K for a pattern; the place where another one can be put
+    factorization : makes the LDLᵀ of K for a pattern; another solver can be put here
     """
 
     def __init__(

@@ -1,8 +1,8 @@
-"""LDLᵀ of a sparse symmetric positive definite matrix whose pattern stays: made once, factored and solved compiled.
+"""LDLᵀ of a sparse symmetric positive definite matrix: its pattern is analysed once; factor and solve are compiled.
 
-Unknowns stand in a minimum-degree order, and in it by their height in the elimination tree: neighbours in that order
-do not wait for each other, as those along a line of cables would. The fill is that of the tree, whatever the order of
-its branches.
+Unknowns are in a minimum-degree order, sorted within it by their height in the elimination tree: neighbours in this
+order do not wait for each other, as those along a line of cables would. The fill is that of the tree, whatever the
+order of its branches.
 
 The method is the up-looking LDLᵀ of T. A. Davis, Algorithm 849 (ACM TOMS 31, 2005, doi:10.1145/1114268.1114277).
 Symbols: A = L D Lᵀ (u, u), 1 on the diagonal of L, whose l entries below it stand by columns.
@@ -22,7 +22,7 @@ from netdae.core.errors import RunError
 
 
 class Factor(NamedTuple):
-    """The factor, and room to solve in."""
+    """The factor, and workspace for the solve."""
 
     start: IntArray  # (u + 1,), where each column of L starts
     column: IntArray  # (l,)
@@ -51,7 +51,7 @@ def _tree(start: IntArray, row: IntArray, parent: IntArray, count: IntArray, fla
 def _factor(
     start: IntArray, row: IntArray, beside: FloatArray, diagonal: FloatArray, parent: IntArray, factor: Factor
 ) -> int:
-    """L and 1/D by rows; the first unknown whose pivot is not above zero, or −1."""
+    """Compute L and 1/D by rows; return the first unknown whose pivot is not positive, or −1."""
     n = len(parent)
     y, L, L_row = np.zeros(n), factor.L, factor.row
     flag, count, path, stack = (
@@ -122,7 +122,7 @@ class ScalarLdl:
         self.factor = Factor(start, column, row, np.zeros(entries), np.zeros(size), np.zeros(size))
 
     def _place(self, rows: IntArray, columns: IntArray) -> tuple[IntArray, IntArray]:
-        """Sort the upper triangle by columns of the present order; its tree, and how long the columns of L are."""
+        """Sort the upper triangle by columns of the present order; its tree, and the lengths of the columns of L."""
         size = len(self.order)
         place = np.empty(size, dtype=np.int64)
         place[self.order] = np.arange(size)
@@ -136,7 +136,7 @@ class ScalarLdl:
         return parent, count
 
     def factorize(self, diagonal: FloatArray, beside: FloatArray) -> Factor:
-        """The factor of the matrix with that diagonal (u,) and those entries beside it, in the order of their pairs."""
+        """The factor of the matrix with this diagonal (u,) and these entries beside it, in the order of their pairs."""
         bad = _factor(
             self._start, self._row, beside[self._source], diagonal[self.order], self._parent, self.factor
         )

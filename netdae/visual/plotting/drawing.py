@@ -68,7 +68,7 @@ def bytes_of(figure: Any, kind: str) -> bytes:
 
 
 def labels_of(runs: Sequence[FlownRun]) -> list[str]:
-    """What a legend calls the runs: title, with the folder where titles are alike, and how far it came."""
+    """Legend labels of the runs: title, with the folder where titles are alike, and how far each run came."""
     titles = [run.title for run in runs]
     given = []
     for number, run in enumerate(runs, 1):
@@ -90,7 +90,7 @@ def _columns(name: str, panels: Sequence[Panel], *, several: bool) -> int:
 
 
 def _sheet(panels: Sequence[Panel], rows: int, columns: int) -> tuple[Any, list[Any]]:
-    """Figure and an axis for each panel, row by row, all with one time."""
+    """Figure and an axis for each panel, row by row, all with the same time axis."""
     heights = [panel.height for panel in panels] if columns == 1 else [1.0] * rows
     wide = {1: 7.2, 2: 9.6}.get(columns, 4.0 * columns)  # inch
     tall = 0.6 + (2.1 if rows > 1 else 3.0) * sum(heights)
@@ -112,7 +112,7 @@ def _reach_of(runs: Sequence[FlownRun]) -> tuple[float, float]:
 
 
 def _draw_curves(axis: Any, panel: Panel, runs: Sequence[FlownRun], *, narrow: bool) -> int:
-    """A line for each run, or of one run for each quantity, over its band; how many lines of text stand at the top."""
+    """Draw a line for each run, or each quantity of one run, over its band; return the number of text lines on top."""
     pairs = [(run, quantity) for run in runs for quantity in panel.quantities]
     for number, (run, quantity) in enumerate(pairs):
         curve = curve_of(run, quantity.column)
@@ -183,7 +183,7 @@ def _drawn_on(axis: Any) -> FloatArray:
 
 
 def _head(figure: Any, name: str, runs: Sequence[FlownRun]) -> int:
-    """Heading above, and a legend of the runs below where there are several; how many lines they have."""
+    """Draw a heading above and, for several runs, a legend below; return how many lines they have."""
     inches = figure.get_figwidth()
     rows = 0
     if len(runs) == 1:

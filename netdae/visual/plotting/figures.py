@@ -26,10 +26,10 @@ class Quantity(NamedTuple):
 class Panel(NamedTuple):
     """Quantities on one axis; several runs have a panel for each quantity instead.
 
-    least_span : that the axis shows at least, in its unit, so that round-off stays a flat line
+    least_span : smallest span of the axis, in its unit, so that round-off stays a flat line
     same_scale : whether panels for each quantity have one scale, as the components of a vector
     alone : whether it is for a single run only, which shows a quantity again at its own scale
-    height : beside that of other panels
+    height : relative to that of other panels
     """
 
     label: str
@@ -63,7 +63,7 @@ def _single(column: str, label: str) -> tuple[Quantity, ...]:
 
 
 SHARE_OF_STRENGTH = "tension_share"
-"""Column that is made here: the largest tension over the lowest strength."""
+"""Column that is computed here: the largest tension over the lowest strength."""
 
 TETHER_TENSION = "tether_tension"
 """Column that has the tether's strength for a level line."""
@@ -147,7 +147,7 @@ DESIGNS = {
         ),
     ),
     "taut": Design(
-        "Taut cables", (Panel("taut share", "1", _single("taut_fraction", "taut share of cables")),)
+        "Taut cables", (Panel("taut fraction", "1", _single("taut_fraction", "taut fraction of cables")),)
     ),
     "tether": Design(
         "Tether",
@@ -165,19 +165,19 @@ DESIGNS = {
         ),
     ),
 }
-"""Figures by name, without the overview. A further column of metrics.csv gets its place here."""
+"""Figures by name, without the overview. Add a new column of metrics.csv here."""
 
 NAMES = (OVERVIEW, *DESIGNS)
-"""What can be asked for."""
+"""Names that can be requested."""
 
 
 def heading_of(name: str) -> str:
-    """Of a figure of several runs."""
+    """Heading of a figure of several runs."""
     return "Overview" if name == OVERVIEW else DESIGNS[name].heading
 
 
 def check_name(name: str) -> None:
-    """Raise InputError, with the nearest, for a name that no figure has."""
+    """Raise InputError, with the nearest name, for a name that no figure has."""
     if name not in NAMES:
         near = get_close_matches(name, NAMES, n=1, cutoff=0.4)
         hint = f"did you mean {near[0]}? Choose" if near else "choose"
@@ -185,7 +185,7 @@ def check_name(name: str) -> None:
 
 
 def curve_of(run: FlownRun, column: str) -> Curve | None:
-    """Of a column of metrics.csv, or of one that is made from others; None where the run has no finite value of it."""
+    """Curve of a column of metrics.csv or of a computed one; None where the run has no finite value of it."""
     curve = _curve_of(run, column)
     if curve is None or not _is_finite(curve):
         return None

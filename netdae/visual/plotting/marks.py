@@ -83,7 +83,7 @@ def _times_by_name(marks: Sequence[EventMark]) -> dict[str, list[float]]:
 
 
 def draw_strengths(axis: Any, panel: Panel, runs: Sequence[FlownRun]) -> int:
-    """A level line at each strength; one far above the curves is given in words, to keep them readable: how many."""
+    """Draw a level line at each strength, or a text for one far above the curves; return how many are texts."""
     column = panel.quantities[0].column
     share = column == SHARE_OF_STRENGTH
     if column not in ("max_tension", TETHER_TENSION, SHARE_OF_STRENGTH):
@@ -124,7 +124,7 @@ def draw_strengths(axis: Any, panel: Panel, runs: Sequence[FlownRun]) -> int:
 
 
 def _named_strengths(runs: Sequence[FlownRun], *, lowest: bool) -> list[tuple[Strength, str]]:
-    """Each strength once, and in words whose it is."""
+    """Each strength once, and a text that says whose it is."""
     owners: dict[Strength, list[int]] = {}
     for number, run in enumerate(runs, 1):
         chosen = sorted(run.strengths, key=lambda each: each.force)
@@ -150,6 +150,6 @@ def _all_of(run: FlownRun, panel: Panel) -> FloatArray:
 
 
 def height_of(labels: Sequence[tuple[float, str]]) -> float:
-    """Of slanted names, inch."""
+    """Height of slanted names, inch."""
     letter = 0.056  # inch, of a name's mean letter
     return max((len(words) * letter * math.sin(math.radians(_SLANT)) for _, words in labels), default=0.0)

@@ -51,7 +51,7 @@ class FlownRun:
     title, status : of its summary; where there is none, of its scenario, and "unfinished"
     time : (k,), s, two rows or more
     curves : column of metrics.csv to its `Curve`; of an ensemble without _mean, _min, _max
-    members : how many an ensemble has, 0 of a run
+    members : how many an ensemble has, 0 for a run
     """
 
     folder: Path
@@ -65,7 +65,7 @@ class FlownRun:
 
     @property
     def note(self) -> str:
-        """What a reader has to know of a run that did not come to its end, "" of one that did."""
+        """What a reader has to know about a run that did not come to its end, "" for one that did."""
         if self.status == FINISHED:
             return ""
         if self.members:
@@ -76,7 +76,7 @@ class FlownRun:
 def read_run(folder: str | os.PathLike[str]) -> FlownRun:
     """The run or ensemble in a folder; one that failed, was stopped or is under way as far as its rows go.
 
-    Raises InputError for a folder that has none, and where fewer than two rows can be had.
+    Raises InputError for a folder that has none, and where there are fewer than two rows.
     """
     path = Path(folder)
     _check_folder(path)
@@ -203,7 +203,7 @@ def _marks_of(summary: Mapping[str, Any]) -> tuple[EventMark, ...]:
 
 
 def _ensemble_marks(path: Path, summary: Mapping[str, Any]) -> tuple[EventMark, ...]:
-    """An event of the members, at their first each."""
+    """Events of the members, each at its first time in a member."""
     members = summary.get("members")
     names = [
         str(member.get("folder"))
@@ -223,7 +223,7 @@ def _ensemble_marks(path: Path, summary: Mapping[str, Any]) -> tuple[EventMark, 
 
 
 def _strengths_of(scenario: Mapping[str, Any]) -> tuple[Strength, ...]:
-    """Of [[material]] and [tether], in their order; a later entry for the same cables overrides."""
+    """Strengths of [[material]] and [tether], in their order; a later entry for the same cables overrides."""
     materials, tether = scenario.get("material"), scenario.get("tether")
     entries: Sequence[Any] = materials if isinstance(materials, list) else []
     if isinstance(tether, dict):
@@ -237,7 +237,7 @@ def _strengths_of(scenario: Mapping[str, Any]) -> tuple[Strength, ...]:
 
 
 def _clean(text: Any) -> str:
-    """One line without signs that no picture can show."""
+    """One line without characters that no picture can show."""
     return "".join(sign if sign.isprintable() else " " for sign in str(text)).strip()
 
 

@@ -26,11 +26,11 @@ def plot(
     formats: Sequence[str] = FORMATS,
     only: Sequence[str] = (),
 ) -> list[Path]:
-    """Draw the figures of runs and write each to its own file, named as the figure; the files.
+    """Draw the figures of runs, each to its own file, named as the figure; return the files.
 
-    folders : output folder of a run or an ensemble, or several that are drawn over each other. Of a run that
-        failed, was stopped or is under way the rows that there are; of an ensemble the mean, and shaded what lies
-        between the smallest and the largest member
+    folders : output folder of a run or an ensemble, or several that are drawn over each other. A run that failed,
+        was stopped or is under way is drawn as far as its rows go; an ensemble as its mean, with the range from the
+        smallest to the largest member shaded
     out : folder, by default plots in the folder of the one run, and plots here for several; it is made, and
         pictures of those names in it are replaced
     formats : "png", "svg" or both

@@ -58,7 +58,7 @@ _STYLE = {
     "lines.linewidth": 1.3,
     "lines.markersize": 4.0,
     "savefig.facecolor": "white",
-    "svg.hashsalt": "netdae",  # else the names inside an SVG are random
+    "svg.hashsalt": "netdae",  # otherwise the names inside an SVG are random
     "text.parse_math": False,  # a title may have a $
     "xtick.labelsize": 8.0,
     "ytick.labelsize": 8.0,
@@ -67,7 +67,7 @@ _STYLE = {
 
 @contextlib.contextmanager
 def styled() -> Iterator[None]:
-    """Netdae's style in place of the user's own; signs that the font has not are boxes without a warning."""
+    """Netdae's style in place of the user's own; characters that the font lacks are boxes without a warning."""
     with matplotlib.rc_context(), warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)
         matplotlib.rcdefaults()
@@ -76,7 +76,7 @@ def styled() -> Iterator[None]:
 
 
 def look_of(number: int) -> CurveStyle:
-    """Of the curve with that number; no two among the first 168 are alike."""
+    """Style of the curve with that number; no two among the first 168 are alike."""
     return CurveStyle(
         _COLORS[number % len(_COLORS)], _LINES[number % len(_LINES)], _MARKERS[number % len(_MARKERS)]
     )
@@ -88,5 +88,5 @@ def filling_of(number: int, look: CurveStyle) -> str:
 
 
 def cut(text: str, length: int) -> str:
-    """The text, shortened to that many signs."""
+    """The text, shortened to that many characters."""
     return text if len(text) <= length else f"{text[: length - 2].rstrip()} …"

@@ -1,6 +1,6 @@
 """The camera: from where a flight is seen, and how much of it.
 
-The projection is parallel: a length across the view has one scale everywhere, m a pixel, so a scale bar is true.
+The projection is parallel: a length across the view has one scale everywhere, m per pixel, so a scale bar is true.
 Symbols: right, up, toward (3,): unit vectors of the picture, toward the eye.
 """
 
@@ -63,7 +63,7 @@ def view_of(direction: str | Sequence[float]) -> View:
 
 @dataclass(frozen=True, eq=False)
 class Shot:
-    """What one picture sees: its middle (3,) in m, m a pixel, width and height in pixels, depth in m."""
+    """What one picture sees: its middle (3,) in m, m per pixel, width and height in pixels, depth in m."""
 
     view: View
     centre: FloatArray

@@ -10,7 +10,7 @@ from netdae.core.arrays import FloatArray
 from netdae.visual.rendering.frames import KINDS, Cast, Frame
 
 SHARE = 0.98
-"""Share of the taut cables that stay below the end of the colours: a few that snap would leave all others one."""
+"""Share of the taut cables that stay below the end of the colours: else a few that snap leave all others one colour."""
 
 STRONG = {"tether": "#0091b3", "closing": "#1a8f45"}
 """Taut tether with its bridle, and closing cord."""

@@ -22,17 +22,17 @@ SERIES = "series.pvd"
 METRICS = "metrics.csv"
 
 KINDS = ("net", "tether", "closing")
-"""What a cable may be: of the net itself, of the tether or its bridle, a cord that closes the net."""
+"""Kinds of cables: of the net itself, of the tether or its bridle, or a cord that closes the net."""
 
 _KIND_OF_GROUP = {"tether": 1, "bridle": 1, "closing": 2}
-_HEAVIER = 10.0  # times the mass that a knot's share of cords has: a bullet
+_HEAVIER = 10.0  # times the mass of a knot's share of cords: then a bullet
 
 
 @dataclass(frozen=True, eq=False)
 class Frame:
     """One frame: number in the series from 0, time t in s, points (n, 3) in m, tension (m,) in N, taut (m,).
 
-    held : nodes, without the chaser, of which an axis is held or driven; none in frames that do not report
+    held : nodes, without the chaser, of which an axis is held or driven; none in frames that do not record it
     """
 
     number: int
@@ -118,7 +118,7 @@ class Footage:
         return [int(number) for number in chosen]
 
     def widest(self) -> int:
-        """Number of the frame with the largest mouth by metrics.csv; the last one where nothing reports."""
+        """Number of the frame with the largest mouth by metrics.csv; the last one without such data."""
         try:
             with (self.folder / METRICS).open(newline="", encoding="utf-8") as stream:
                 rows = [(float(row["mouth_area"]), float(row["time"])) for row in csv.DictReader(stream)]
@@ -128,7 +128,7 @@ class Footage:
             return len(self.files) - 1
 
     def decimals(self) -> int:
-        """Digits after the point that report the frames' times, 2 to 6."""
+        """Digits after the point that show the frames' times, 2 to 6."""
         times = np.unique(self.times)
         finest = float(np.diff(times).min()) if len(times) > 1 else 1.0
         given = (

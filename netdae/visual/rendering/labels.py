@@ -38,7 +38,7 @@ def footer_height(width: int) -> int:
 
 
 def time_text(t: float, decimals: int) -> str:
-    """The time as pictures report it."""
+    """The time as pictures show it."""
     return f"t = {t:.{decimals}f} s"
 
 
@@ -53,7 +53,7 @@ def with_time(pixels: Pixels, text: str, *, size: float) -> Image.Image:
 class Footer:
     """The line below a picture: scale bar, signs of what is shown, colour bar.
 
-    scale : m a pixel; peak : N, where the colours end
+    scale : m per pixel; peak : N, where the colours end
     held : whether a node is held or driven
     """
 
@@ -63,7 +63,7 @@ class Footer:
     held: bool = False
 
     def draw(self, width: int) -> Image.Image:
-        """The footer, `footer_height(width)` high; the signs that find no room are left out."""
+        """The footer, `footer_height(width)` high; signs that do not fit are left out."""
         size = font_size(width)
         image = Image.new("RGB", (width, footer_height(width)), PAPER)
         pen = _Pen(image, size)

@@ -1,4 +1,4 @@
-"""The look: how a flight is looked at, whatever is made of it."""
+"""The look: how a flight is viewed, in pictures, movies and pages alike."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SMALLEST, LARGEST = 64, 8192
 
 @dataclass(frozen=True)
 class Look:
-    """How a flight is looked at.
+    """How a flight is viewed.
 
     view : "oblique", "x", "y", "z", or a vector towards the eye; z is up
     camera : "follow" keeps what is in sight in the middle, "still" stands and sees the whole way

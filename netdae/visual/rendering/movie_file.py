@@ -35,7 +35,7 @@ def best_ending() -> str:
 def write_movie(file: Path, pictures: Iterator[Image.Image], *, rate: float) -> None:
     """Write pictures, all of one size, as a movie of `rate` pictures a second.
 
-    A GIF counts in hundredths of a second, its rate is the nearest that it can have. Raises OSError where the
+    A GIF counts in hundredths of a second: its rate is the nearest possible one. Raises OSError where the
     file cannot be written, InputError for .mp4 without imageio-ffmpeg.
     """
     if file.suffix.lower() == ".gif":
@@ -115,7 +115,7 @@ def _lit(colours: FloatArray, light: float) -> FloatArray:
 def _write_mp4(file: Path, pictures: Iterator[Image.Image], rate: float) -> None:
     from imageio_ffmpeg import write_frames
 
-    partial = file.with_name(f"{file.stem}.part.mp4")  # ffmpeg reports the format by the ending
+    partial = file.with_name(f"{file.stem}.part.mp4")  # ffmpeg takes the format from the ending
     try:
         partial.touch()
         first = next(pictures)

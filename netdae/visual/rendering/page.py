@@ -123,7 +123,7 @@ def _hex(rgb: Any) -> str:
 
 
 def _title(footage: Footage) -> str:
-    """The title of the run's scenario where it can be had, else the folder's name."""
+    """The title of the run's scenario where there is one, else the folder's name."""
     try:
         title = tomllib.loads((footage.folder / "scenario.toml").read_text(encoding="utf-8"))["title"]
         return str(title)

@@ -27,7 +27,9 @@ _TAUT, _SLACK, _CORD, _SLACK_CORD = 1.5, 0.55, 2.0, 1.2  # radii in pixels
 _BULLET, _CHASER = 6.5, 10.0  # radius and half an edge, pixels
 _HELD, _HELD_HEIGHT = 6.5, 13.0  # radius and height of a cone, pixels
 _PANEL_FROM, _PANEL_HALF = 2.6, 1.3  # middle and half the length of a panel, times the chaser's half edge
-_SHARE_OF_MESH = 0.11  # a taut cable is at most this thick by its length: dense nets stay open
+_SHARE_OF_MESH = (
+    0.11  # largest radius of a taut cable over the typical length of cables: dense nets stay open
+)
 _SIDES = 8
 
 
@@ -59,7 +61,7 @@ class Stage:
         self._size = size
         self._peak = peak
         self._map = tension_map()
-        with pv.vtk_verbosity("off"):  # VTK reports where there is no display that it draws without
+        with pv.vtk_verbosity("off"):  # without a display VTK reports that it draws off-screen
             self._plotter: Any = pv.Plotter(off_screen=True, window_size=size, lighting="none", border=False)
             self._plotter.set_background(PAPER)
             self._plotter.enable_anti_aliasing("msaa", multi_samples=8)
@@ -149,7 +151,7 @@ _LOOK: dict[str, Any] = {
 
 
 def _supports(places: FloatArray, shot: Shot, pixel: float) -> Any:
-    """Cones with their tips at places (k, 3), upright in the picture; before cables, which would stab them."""
+    """Cones with their tips at places (k, 3), upright in the picture; in front of cables, which would pierce them."""
     up, toward, high = shot.view.up, shot.view.toward, _HELD_HEIGHT * pixel
     centre = _HELD * pixel * toward - 0.5 * high * up
     cone = pv.Cone(center=centre, direction=up, height=high, radius=_HELD * pixel, resolution=24)

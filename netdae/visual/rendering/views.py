@@ -1,6 +1,6 @@
 """Pictures, contact sheets, movies and pages of a flight, from the frames in a run's folder.
 
-Drawn off-screen: no display is needed. Symbols: frames are given by their number in the series, from 0.
+Drawn off-screen: no display is needed. Frames are given by their number in the series, from 0.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ _WIDTH, _SHEET_WIDTH, _MOVIE_WIDTH = 1280, 1600, 800  # pixels
 _FLATTEST, _STEEPEST = 0.4, 0.85  # height over width of a panel whose size is not given
 
 Tell = Callable[[int, int], None]
-"""Is given how many frames are drawn, and of how many."""
+"""Called with the number of frames drawn and the total."""
 
 
 @dataclass(frozen=True)
@@ -128,7 +128,7 @@ def render_movie(
 
     folder : output folder of a run; file : by default movie.mp4 in it, movie.gif where imageio-ffmpeg is missing
     rate : frames a second
-    report : is given how many frames are drawn, and of how many
+    report : is called with the number of frames drawn and the total
 
     Raises InputError where there is no such frame, a frame is damaged, or the file cannot be written.
     """
@@ -156,7 +156,7 @@ def render_page(
 ) -> Rendering:
     """Write a page for browsers in which the flight plays and turns, of the frames given or of all.
 
-    The page is one file that loads nothing else: its positions are rounded to the step that it reports.
+    The page is one file that loads nothing else; its positions are rounded to the step that it states.
 
     folder : output folder of a run; file : by default flight.html in it
     rate : frames a second, at first
@@ -191,7 +191,7 @@ def _pictures(
     even: bool = False,
     report: Tell | None = None,
 ) -> Iterator[Image.Image]:
-    """Pictures of the frames, each with time and footer; `even`: their sides are, as films need it."""
+    """Pictures of the frames, each with time and footer; `even`: whether their sides are even, as movies need."""
     extent = _extent(footage, shown, look)
     size = look.size or _suited(extent, width)
     if even:
@@ -225,7 +225,7 @@ def _check_rate(rate: float) -> None:
 def _read(footage: Footage, numbers: Sequence[int]) -> list[Frame]:
     if not numbers:
         raise InputError("no frames are given: give their numbers")
-    for number in numbers:  # before the long way of reading them
+    for number in numbers:  # before the slow reading of them
         footage.check(number)
     return [footage.frame(number) for number in numbers]
 
