@@ -6,12 +6,12 @@ drum is held until the closing begins, winds in at v as long as F suffices, ends
 and is held there by stop and pawl. The motor's work is external work.
 
 How fine the tolerances of a closing must be. Bullets and corners, which have most of the mass, are moved by jerks: a
-cord goes taut at some u ≈ v and pushes them off again. They are a few of the many unknowns over which IDA's error norm
-is the mean, so their errors may be several times the tolerance; and BDF damps a jerk, so the errors of its N steps have
-one sign: up to a_v N, not a_v √N. N is 10² to 10³, and a_v = 10⁻⁵ v keeps the error to 1 % of v. Positions get errors
-of a_v times a step of some ms: a_x = a_v · 10 ms. In the orbit's frame they come to metres: rtol = 10⁻⁵ keeps them to less
-than the stretch of a cord. The relevant speed is that of winding in, for winches between massive nodes as well as for
-cords along the mouth: see `closing_tolerances`.
+cord goes taut at some u ≈ v and pushes them off again. They are a few of the many unknowns over which IDA's error
+norm is the mean, so their errors may be several times the tolerance; and BDF damps a jerk, so the errors of its N
+steps have one sign: up to a_v N, not a_v √N. N is 10² to 10³, and a_v = 10⁻⁵ v keeps the error to 1 % of v. Positions
+get errors of a_v times a step of some ms: a_x = a_v · 10 ms. In the orbit's frame they come to metres: rtol = 10⁻⁵
+keeps them to less than the stretch of a cord. The relevant speed is that of winding in, for winches between massive
+nodes as well as for cords along the mouth: see `closing_tolerances`.
 """
 
 from __future__ import annotations
