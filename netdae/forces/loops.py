@@ -11,11 +11,11 @@ from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import cfunc, types
+from numba import cfunc, njit, types
 from numba.extending import overload
 
 from netdae.core.addresses import floats
-from netdae.core.arrays import BoolArray, Flags, IntArray, Reals, Wholes, Wholes2, wholes
+from netdae.core.arrays import BoolArray, Flags, FloatArray, IntArray, Reals, Wholes, Wholes2, wholes
 from netdae.core.records import Record, load
 from netdae.forces.law import LAWS, OPTIONS, Law, Shares
 
@@ -159,6 +159,25 @@ def _(p, x, v, share):  # type: ignore[no-untyped-def]
     return lambda p, x, v, share: law(p, x, v, share)
 
 
+# What elements of any number of nodes have in common
+
+
+@njit(cache=True, **_INLINED)
+def _gather(nodes: IntArray, e: int, k: int, of_net: FloatArray, of_element: FloatArray) -> None:
+    """Values (k, 3) at the k nodes of an element, from those of all nodes, flat."""
+    for a in range(k):
+        for c in range(3):
+            of_element[a, c] = of_net[nodes[e, a] + c]
+
+
+@njit(cache=True, **_INLINED)
+def _add_wrench(x: FloatArray, c: int, F: float, total: FloatArray) -> None:
+    """Add a force F along axis c at x (3,), and its moment about the origin, to the sums."""
+    total[FORCE + c] += F
+    total[TORQUE + (c + 1) % 3] += x[(c + 2) % 3] * F
+    total[TORQUE + (c + 2) % 3] -= x[(c + 1) % 3] * F
+
+
 # Loops
 
 
@@ -236,10 +255,8 @@ def _add_of_elements(law: Law) -> Any:
         tension, strain = total[TENSION], total[STRAIN]
         for q in range(el.counts[0] if sifted else len(nodes)):
             e = el.near[q] if sifted else q
-            for a in range(k):
-                i = nodes[e, a]
-                for c in range(3):
-                    xe[a, c], ve[a, c] = X[i + c], V[i + c]
+            _gather(nodes, e, k, X, xe)
+            _gather(nodes, e, k, V, ve)
             if not _force(p, e, s, xe, ve, shares):
                 continue
             for a in range(k):
@@ -261,9 +278,7 @@ def _add_of_elements(law: Law) -> Any:
                         fe[a, c] = 0.0
                     F[i + c] += whole
                     if from_outside and el.in_space[i // 3]:
-                        total[FORCE + c] += whole
-                        total[TORQUE + (c + 1) % 3] += xe[a, (c + 2) % 3] * whole
-                        total[TORQUE + (c + 2) % 3] -= xe[a, (c + 1) % 3] * whole
+                        _add_wrench(xe[a], c, whole, total)
             if watched:
                 square, stretched = _measured(p, e, xe)
                 tension, strain = max(tension, square), max(strain, stretched)
@@ -339,10 +354,8 @@ def _rates_of_elements(law: Law) -> Any:
         tension, strain = total[TENSION], total[STRAIN]
         for q in range(el.counts[0] if sifted else len(nodes)):
             e = el.near[q] if sifted else q
-            for a in range(k):
-                i = nodes[e, a]
-                for c in range(3):
-                    xe[a, c], ve[a, c] = X[i + c], V[i + c]
+            _gather(nodes, e, k, X, xe)
+            _gather(nodes, e, k, V, ve)
             if stores and wants_energy != 0:
                 total[STORED] += _energy(p, e, xe)
             if not _force(p, e, s, xe, ve, shares):
@@ -356,9 +369,7 @@ def _rates_of_elements(law: Law) -> Any:
                         total[EXTERNAL] += fe[a, c] * ve[a, c]
                     if from_outside and in_space:
                         whole = fc[a, c] + fd[a, c] + fe[a, c]
-                        total[FORCE + c] += whole
-                        total[TORQUE + (c + 1) % 3] += xe[a, (c + 2) % 3] * whole
-                        total[TORQUE + (c + 2) % 3] -= xe[a, (c + 1) % 3] * whole
+                        _add_wrench(xe[a], c, whole, total)
                     fc[a, c] = fd[a, c] = fe[a, c] = 0.0
             if watched:
                 square, stretched = _measured(p, e, xe)
@@ -417,10 +428,8 @@ def _tangents_of_elements(law: Law) -> Any:
         count = 0
         for q in range(el.counts[0] if sifted else len(nodes)):
             e = el.near[q] if sifted else q
-            for a in range(k):
-                i = nodes[e, a]
-                for c in range(3):
-                    xe[a, c], ve[a, c] = X[i + c], V[i + c]
+            _gather(nodes, e, k, X, xe)
+            _gather(nodes, e, k, V, ve)
             K[count] = 0.0
             C[count] = 0.0
             if _tangent(p, e, s, xe, ve, K[count], C[count]):
@@ -443,10 +452,8 @@ def _tangents_of_links(law: Law) -> Any:
         n3, nodes = 3 * len(el.in_space), el.nodes
         X, V, k = floats(x, n3), floats(v, n3), nodes.shape[1]
         xe, ve = np.empty((k, 3)), np.empty((k, 3))
-        for a in range(k):
-            i = nodes[0, a]
-            for c in range(3):
-                xe[a, c], ve[a, c] = X[i + c], V[i + c]
+        _gather(nodes, 0, k, X, xe)
+        _gather(nodes, 0, k, V, ve)
         links, rank = len(el.K) // 36, len(el.left) // (3 * k)
         shape = (rank, k, 3)
         chain = el.K.reshape((links, 2, 3, 2, 3))
@@ -477,9 +484,7 @@ def _sift_of(law: Law) -> Any:
                 i, j = nodes[e, 0], nodes[e, 1]
                 count += _near(p, e, (X[j] - X[i], X[j + 1] - X[i + 1], X[j + 2] - X[i + 2]), margin)
             else:
-                for a in range(k):
-                    for c in range(3):
-                        xe[a, c] = X[nodes[e, a] + c]
+                _gather(nodes, e, k, X, xe)
                 count += _near(p, e, xe, margin)
         el.counts[0] = count
         return 0
@@ -500,9 +505,7 @@ def _rests_of(law: Law) -> Any:
         X, k, worst = floats(x, n3), nodes.shape[1], 0
         xe = np.empty((k, 3))
         for e in range(len(nodes)):
-            for a in range(k):
-                for c in range(3):
-                    xe[a, c] = X[nodes[e, a] + c]
+            _gather(nodes, e, k, X, xe)
             L, end = _rest(p, e, xe)
             if lengths != 0:
                 floats(lengths, len(nodes))[e] = L
@@ -528,10 +531,10 @@ def _rate_of_friction(law: Law) -> Any:
         xe, ve, of_ring = np.empty((k, 3)), np.empty((k, 3)), np.empty(k)
         total = 0.0
         for e in range(len(nodes)):
+            _gather(nodes, e, k, X, xe)
+            _gather(nodes, e, k, V, ve)
             for a in range(k):
                 of_ring[a] = of_node[nodes[e, a]]
-                for c in range(3):
-                    xe[a, c], ve[a, c] = X[nodes[e, a] + c], V[nodes[e, a] + c]
             total += _rate(p, xe, ve, of_ring)
         return total
 
