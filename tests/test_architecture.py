@@ -44,8 +44,15 @@ def room_of(module):
     return module.split(".")[1]
 
 
+def is_left(path):
+    """Whether it is a folder of an earlier version, of which only compiled files are left."""
+    return path.is_dir() and {each.name for each in path.iterdir()} <= {"__pycache__"}
+
+
 def test_the_package_is_seen_at_a_glance():
-    entries = {path.name for path in PACKAGE.iterdir() if not path.name.startswith("__")}
+    entries = {
+        path.name for path in PACKAGE.iterdir() if not path.name.startswith("__") and not is_left(path)
+    }
     assert {*ROOMS} <= entries
     assert len(entries) <= SHOWN
 

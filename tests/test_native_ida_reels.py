@@ -9,6 +9,7 @@ from numba import njit
 from numpy.random import default_rng
 
 from netdae.core.errors import RunError
+from netdae.core.records import load
 from netdae.forces.air import AirDrag
 from netdae.forces.drag import BodyDrag
 from netdae.forces.elements import ElementForce
@@ -29,10 +30,12 @@ from netdae.solvers.flight import simulate
 from netdae.solvers.ida import dyads as ida_dyads
 from netdae.solvers.ida import memory as ida_memory
 from netdae.solvers.ida import native as native_ida
-from netdae.solvers.ida.kernel import RATES, rates, residual
-from netdae.solvers.ida.layout import dyads_of, ldl_of, matrix_of, net_of, record_at
+from netdae.solvers.ida.dyads import Dyads
+from netdae.solvers.ida.kernel import RATES, Net, rates, residual
+from netdae.solvers.ida.layout import record_at
 from netdae.solvers.ida.native import NativeIda, ida_stepper
-from netdae.solvers.ida.newton import assemble, factor, solve
+from netdae.solvers.ida.newton import Matrix, assemble, factor, solve
+from netdae.solvers.linalg.block_ldl import Ldl
 from netdae.solvers.linalg.condensed import CondensedSolver
 from netdae.solvers.options import SolverOptions
 from netdae.system.damping import Dashpot, NoDamping, Rayleigh
@@ -156,26 +159,26 @@ DRIVE = Restraint("first", axes="x", motion=Steady((0.4, 0.0, 0.0)))
 
 @njit
 def _residual(address, t, y, yp, F):
-    return residual(t, y, yp, net_of(record_at(address)), F)
+    return residual(t, y, yp, load(record_at(address).net, Net), F)
 
 
 @njit
 def _rates(address, t, y, out):
-    return rates(t, y, net_of(record_at(address)), out)
+    return rates(t, y, load(record_at(address).net, Net), out)
 
 
 @njit
 def _setup(address, t, y, cj):
     u = record_at(address)
-    matrix, ldl = matrix_of(u), ldl_of(u)
-    assemble(t, y, cj, net_of(u), matrix, ldl)
-    return factor(cj, matrix, ldl, dyads_of(u))
+    matrix, ldl = load(u.matrix, Matrix), load(u.ldl, Ldl)
+    assemble(t, y, cj, load(u.net, Net), matrix, ldl)
+    return factor(cj, matrix, ldl, load(u.dyads, Dyads))
 
 
 @njit
 def _solve(address, r, cj, now, z):
     u = record_at(address)
-    solve(r, cj, now, net_of(u), matrix_of(u), ldl_of(u), dyads_of(u), z)
+    solve(r, cj, now, load(u.net, Net), load(u.matrix, Matrix), load(u.ldl, Ldl), load(u.dyads, Dyads), z)
 
 
 def compiled_of(system, x):

@@ -11,9 +11,11 @@ from netdae.core.addresses import address_of, call, floats, ints
 from netdae.core.arrays import FloatArray
 from netdae.core.records import load
 from netdae.forces.table import Rows, set_time
+from netdae.solvers.ida.dyads import Dyads
 from netdae.solvers.ida.kernel import OPTIONS, Net, residual
-from netdae.solvers.ida.layout import chunk_of, dyads_of, ldl_of, matrix_of, net_of, record_at
-from netdae.solvers.ida.newton import assemble, factor, solve
+from netdae.solvers.ida.layout import Chunk, record_at
+from netdae.solvers.ida.newton import Matrix, assemble, factor, solve
+from netdae.solvers.linalg.block_ldl import Ldl
 
 _NEWTON_ITERATIONS = 4  # IDA's own limit
 _GO_ON, _NOT_CONVERGED = 901, 902  # SUN_NLS_CONTINUE, SUN_NLS_CONV_RECVR
@@ -52,10 +54,10 @@ def on_residual(t, y, yp, F, user):  # type: ignore[no-untyped-def]
 def on_jacobian(t, cj, y, yp, F, J, user, one, two, three):  # type: ignore[no-untyped-def]
     """IDALsJacFn: assembles and factors K; J itself is left alone."""
     u = record_at(address_of(user))
-    matrix, ldl = matrix_of(u), ldl_of(u)
-    u.singular = assemble(t, data_of(address_of(y), 6 * u.n), cj, net_of(u), matrix, ldl)
+    matrix, ldl = load(u.matrix, Matrix), load(u.ldl, Ldl)
+    u.singular = assemble(t, data_of(address_of(y), 6 * u.n), cj, load(u.net, Net), matrix, ldl)
     if u.singular == -1:
-        u.singular = factor(cj, matrix, ldl, dyads_of(u))
+        u.singular = factor(cj, matrix, ldl, load(u.dyads, Dyads))
     u.cj = cj
     u.setups += 1
     return 0 if u.singular == -1 else -1
@@ -103,7 +105,7 @@ def on_newton(solver, start, correction, weights, tolerance, wants_setup, memory
     """
     here = address_of(solver)
     u = record_at(ints(here, 1)[0])
-    chunk = chunk_of(u)
+    chunk = load(u.chunk, Chunk)
     at = chunk.system.ctypes.data
     data, reals = ints(at, 8), floats(at, 8)
     call(u.system_data, (u.memory, at, at + 8, at + 16, at + 24, at + 32, at + 40, at + 48, at + 56))
@@ -111,7 +113,7 @@ def on_newton(solver, start, correction, weights, tolerance, wants_setup, memory
     predicted, slope = data_of(data[1], size), data_of(data[2], size)
     y, yp, F = data_of(data[3], size), data_of(data[4], size), data_of(data[5], size)
     e, z = data_of(address_of(correction), size), chunk.z
-    net, matrix, ldl, dyads = net_of(u), matrix_of(u), ldl_of(u), dyads_of(u)
+    net, matrix, ldl, dyads = load(u.net, Net), load(u.matrix, Matrix), load(u.ldl, Ldl), load(u.dyads, Dyads)
     setup, fresh, iteration = wants_setup != 0, False, 0
     e[:] = 0.0
     put_curved_axes(t, predicted, net, e)

@@ -11,8 +11,8 @@ from netdae.core.addresses import call, ints
 from netdae.core.records import load
 from netdae.forces.table import ENDED, Rows, rests
 from netdae.solvers.ida.failures import STANDS_STILL, STUCK, WOUND_IN
-from netdae.solvers.ida.kernel import OPTIONS, RATES, between, middle, rates
-from netdae.solvers.ida.layout import RECORD, chunk_of, net_of, record_at
+from netdae.solvers.ida.kernel import OPTIONS, RATES, Net, between, middle, rates
+from netdae.solvers.ida.layout import RECORD, Chunk, record_at
 
 _ONE_STEP = 2  # IDA_ONE_STEP
 _ERRORS_FAILED = RECORD.fields["errors_failed"][1]  # type: ignore[index]
@@ -22,8 +22,8 @@ _ERRORS_FAILED = RECORD.fields["errors_failed"][1]  # type: ignore[index]
 def begin_rates(address: int, row: int) -> float:
     """Compute the rates with which the sums continue from a row of the chunk; return the largest tension there, N."""
     u = record_at(address)
-    chunk = chunk_of(u)
-    return rates(chunk.times[row], chunk.states[row], net_of(u), chunk.rates)
+    chunk = load(u.chunk, Chunk)
+    return rates(chunk.times[row], chunk.states[row], load(u.net, Net), chunk.rates)
 
 
 @njit(nogil=True, **OPTIONS)
@@ -34,7 +34,7 @@ def fly(address: int, row: int, count: int, stop: float, span: float) -> int:
     The chunk's rows 0 to `made` then hold times, states (x, v), slopes (ẋ, v̇), sums since its start, and tensions.
     """
     u = record_at(address)
-    size, net, chunk = 6 * u.n, net_of(u), chunk_of(u)
+    size, net, chunk = 6 * u.n, load(u.net, Net), load(u.chunk, Chunk)
     rows = load(net.rows, Rows)
     times, states, slopes, sums, now = chunk.times, chunk.states, chunk.slopes, chunk.sums, chunk.rates
     if row > 0:
@@ -84,7 +84,7 @@ def fly(address: int, row: int, count: int, stop: float, span: float) -> int:
 def inside(address: int, row: int, t: float, out: Any, share: Any) -> None:
     """Write x, v, a at t in the step from `row` on to out (9n,), the sums since the chunk began to share (8,)."""
     u = record_at(address)
-    size, net, chunk = 6 * u.n, net_of(u), chunk_of(u)
+    size, net, chunk = 6 * u.n, load(u.net, Net), load(u.chunk, Chunk)
     times, states, slopes, mid = chunk.times, chunk.states, chunk.slopes, np.empty(size)
     h = times[row + 1] - times[row]
     for q in range(RATES):

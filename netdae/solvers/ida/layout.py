@@ -12,13 +12,8 @@ from numba import carray, njit
 
 from netdae.core.addresses import pointer_of
 from netdae.core.arrays import Reals, Reals2, Wholes
-from netdae.core.records import load
-from netdae.solvers.ida.dyads import Dyads
-from netdae.solvers.ida.kernel import Net
-from netdae.solvers.ida.newton import Matrix
-from netdae.solvers.linalg.block_ldl import Ldl
 
-_PARTS = "net matrix ldl dyads chunk"
+_PARTS = "net matrix ldl dyads chunk"  # addresses of the records of these classes, see `core.records.load`
 _OF_SUNDIALS = "ida_solve system_data error_test_fails on_setup on_test memory y yp correction"
 _COUNTS = """
     residuals setups solves errors_failed newton_failed not_finite singular made stuck iteration
@@ -51,33 +46,3 @@ class Chunk(NamedTuple):
 def record_at(address: int) -> Any:
     """The record at an address."""
     return carray(pointer_of(address), 1, RECORD)[0]
-
-
-@njit(cache=True)
-def net_of(u: Any) -> Net:
-    """The net of a record."""
-    return load(u.net, Net)
-
-
-@njit(cache=True)
-def matrix_of(u: Any) -> Matrix:
-    """The Newton matrix of a record."""
-    return load(u.matrix, Matrix)
-
-
-@njit(cache=True)
-def ldl_of(u: Any) -> Ldl:
-    """The factor of a record's Newton matrix."""
-    return load(u.ldl, Ldl)
-
-
-@njit(cache=True)
-def dyads_of(u: Any) -> Dyads:
-    """The dyads of a record."""
-    return load(u.dyads, Dyads)
-
-
-@njit(cache=True)
-def chunk_of(u: Any) -> Chunk:
-    """The chunk of a record."""
-    return load(u.chunk, Chunk)
