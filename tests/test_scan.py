@@ -44,6 +44,7 @@ def test_a_scan_has_the_values_of_each_state(figure, law, toe):
     expected = [MEASURES[figure](scene, State(0.0, each, v, v)) for each in x]
     scan = scene.scan(figure)
     assert scan is not None
+    # the same formulas in another order: round-off
     np.testing.assert_allclose(scan.largest(x), expected, rtol=1e-12, atol=1e-12)
     assert len(set(expected)) > 10
 
@@ -89,6 +90,7 @@ def test_events_are_found_as_without_a_scan_and_few_states_are_looked_at(method,
         found.append({record["name"]: record["time"] for record in detector.records})
     assert len(found[0]) == 4
     assert None not in found[0].values()
+    # the same steps, inside which an instant is located alike: a ten-thousandth of a step is left for round-off
     assert found[0] == pytest.approx(found[1], rel=0, abs=1e-9)
     assert seen[0].count < 0.25 * seen[1].count
 
@@ -102,3 +104,17 @@ def test_a_repeated_event_has_every_step_reported(events):
     detector.begin(start)
     assert detector.needs_every_step
     assert detector.scan() is None
+
+
+def test_the_scan_of_a_detector_finds_the_first_step_of_any_event():
+    """The cord is taut after the steps 3 and 4 of seven, and loaded over 1 N after step 4 alone."""
+    system, start = swinging()
+    detector = EventDetector([Event("tether_tension", 1.0), Event("tether_taut")], system)
+    detector.begin(start)
+    x = np.repeat(start.x[None], 7, axis=0)
+    assert detector.scan()(x) == len(x)
+    pull = system.cords.axial_stiffness[0]
+    x[3, 1, 0], x[4, 1, 0] = 1.0 + 0.5 / pull, 1.0 + 2.0 / pull
+    assert detector.scan()(x) == 3
+    x[3, 1, 0] = 0.9
+    assert detector.scan()(x) == 4

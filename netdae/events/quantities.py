@@ -55,6 +55,7 @@ class Scene:
         self.origin, self.direction = np.zeros(3), np.full(3, np.nan)
         self._state: State | None = None
         self._values: dict[str, float] = {}
+        self._scans: dict[str, Scan | None] = {}
         has: dict[Need, bool] = {
             "mouth": self.loop is not None,
             "corners": self.corners is not None,
@@ -86,7 +87,9 @@ class Scene:
 
     def scan(self, figure: QuantityName) -> Scan | None:
         """Scan of a figure over many steps at once; None where there is none."""
-        return Scan.of(self.system, figure, self.tether)
+        if figure not in self._scans:
+            self._scans[figure] = Scan.of(self.system, figure, self.tether)
+        return self._scans[figure]
 
     def area_and_rate(self, state: State) -> tuple[float, float]:
         """Area of the mouth, m², and its rate, m²/s."""
