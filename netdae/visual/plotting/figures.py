@@ -146,9 +146,7 @@ DESIGNS = {
             ),
         ),
     ),
-    "taut": Design(
-        "Taut cables", (Panel("taut fraction", "1", _single("taut_fraction", "taut fraction of cables")),)
-    ),
+    "taut": Design("Taut cables", (Panel("taut fraction", "1", _single("taut_fraction", "taut fraction")),)),
     "tether": Design(
         "Tether",
         (
