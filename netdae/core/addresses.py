@@ -72,3 +72,15 @@ def floats(address: int, shape: Any) -> Any:
 def ints(address: int, shape: Any) -> Any:
     """Array of integers at an address."""
     return carray(pointer_of(address), shape, np.int64)
+
+
+@njit(cache=True)
+def flags(address: int, shape: Any) -> Any:
+    """Array of flags at an address."""
+    return carray(pointer_of(address), shape, np.bool_)
+
+
+@njit(cache=True, forceinline=True)
+def index(number: Any) -> Any:
+    """A number below 2³², of which the compiler then knows that it is not negative: no index counts from the end."""
+    return np.int64(np.uint32(number))

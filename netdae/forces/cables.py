@@ -66,6 +66,7 @@ def law_of(E11: float, eps: float, engineering: bool) -> tuple[float, float, flo
 class Cable(NamedTuple):
     """Parameters of cables, (m,) but for `plain`."""
 
+    L: Reals  # L̄, m
     L2: Reals  # L̄², m²
     half: Reals  # EĀ/(2 L̄³), N/m³: q of the sharp law over l² − L̄²
     viscous: Reals  # τ EĀ/L̄³, N s/m³: q of its dashpot over d·w
@@ -81,7 +82,7 @@ def densities_of(p: Cable, e: int, excess: float, rate: float) -> tuple[float, f
     if p.plain:
         return p.half[e] * excess, p.viscous[e] * rate
     g, dg, _, _ = law_of(0.5 * excess / p.L2[e], p.eps[e], p.engineering[e])
-    return g * p.EA[e] / np.sqrt(p.L2[e]), p.viscous[e] * dg * rate
+    return g * p.EA[e] / p.L[e], p.viscous[e] * dg * rate
 
 
 @compiled
@@ -123,7 +124,7 @@ def _tangent(p: Cable, e: int, s: FloatArray, d: Vector, w: Vector, K: FloatArra
 @compiled
 def _energy(p: Cable, e: int, d: Vector) -> float:
     E11 = 0.5 * ((d[0] * d[0] + d[1] * d[1] + d[2] * d[2]) / p.L2[e] - 1.0)
-    return p.EA[e] * np.sqrt(p.L2[e]) * law_of(E11, p.eps[e], p.engineering[e])[3]
+    return p.EA[e] * p.L[e] * law_of(E11, p.eps[e], p.engineering[e])[3]
 
 
 @compiled
@@ -135,8 +136,9 @@ def _measured(p: Cable, e: int, d: Vector) -> tuple[float, float]:
 
 @compiled
 def _near(p: Cable, e: int, d: Vector, margin: float) -> bool:
-    reach = np.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]) + margin
-    return p.EA[e] > 0.0 and not reach * reach < p.L2[e]  # true for not-a-number too
+    short = p.L[e] - margin
+    far = short > 0.0 and d[0] * d[0] + d[1] * d[1] + d[2] * d[2] < short * short  # false for not-a-number
+    return p.EA[e] > 0.0 and not far
 
 
 def along_of(
@@ -156,9 +158,8 @@ def along_of(
 
 
 def _bound(p: Cable, nodes: IntArray, strain: float, x: FloatArray) -> list[Family]:
-    L = np.sqrt(p.L2)
-    tau = np.divide(p.viscous, 2.0 * p.half, out=np.zeros_like(L), where=p.half > 0)
-    of_cable = along_of(L, p.EA, p.eps, p.engineering, tau, strain)
+    tau = np.divide(p.viscous, 2.0 * p.half, out=np.zeros_like(p.L), where=p.half > 0)
+    of_cable = along_of(p.L, p.EA, p.eps, p.engineering, tau, strain)
     return [Family(nodes, np.stack((of_cable, of_cable), axis=-1))]
 
 
@@ -222,7 +223,9 @@ class Cables:
         """Pull of each cable on its two nodes, Eq. (5) with the dashpot's share."""
         plain = not ((self.eps > 0).any() or self.engineering.any())
         c = self.EA / self.L**3
-        parameters = Cable(self.L**2, 0.5 * c, self.tau * c, self.EA, self.eps, self.engineering, plain)
+        parameters = Cable(
+            self.L, self.L**2, 0.5 * c, self.tau * c, self.EA, self.eps, self.engineering, plain
+        )
         return ElementForce(CABLE, self.nodes, parameters)
 
     def energy_and_peak(self, x: FloatArray) -> tuple[float, float]:

@@ -66,7 +66,7 @@ class ElementForce:
         f, sums = np.zeros(x.shape), np.zeros(SUMS)
         X, V = np.ascontiguousarray(x), np.ascontiguousarray(v)
         add = loop_of(self.law, "add").ctypes
-        add(self._at(t), X.ctypes.data, V.ctypes.data, f.ctypes.data, 0, 0, sums.ctypes.data)
+        add(self._at(t), X.ctypes.data, V.ctypes.data, f.ctypes.data, 0, sums.ctypes.data)
         return f
 
     def tangent(self, t: float, x: FloatArray, v: FloatArray) -> Tangent:
@@ -137,7 +137,18 @@ class ElementForce:
             tangents = 0
         least = m if watched and law.rest is not None else 0
         address = self._kept.address
-        return elements_of(address, nodes, in_space, tangents=tangents, links=links, dyads=dyads, least=least)
+        shares = 3 * m * (1 if law.pair else k)
+        return elements_of(
+            address,
+            nodes,
+            in_space,
+            tangents=tangents,
+            links=links,
+            dyads=dyads,
+            least=least,
+            taken=shares if "dissipative" in law.shares else 0,
+            given=shares if "external" in law.shares else 0,
+        )
 
     @cached_property
     def _kept(self) -> Record:

@@ -14,7 +14,7 @@ import numpy as np
 from numba import cfunc, njit, types
 from numba.extending import overload
 
-from netdae.core.addresses import floats
+from netdae.core.addresses import flags, floats, index
 from netdae.core.arrays import BoolArray, Flags, FloatArray, IntArray, Reals, Wholes, Wholes2, wholes
 from netdae.core.records import Record, load
 from netdae.forces.law import LAWS, OPTIONS, Law, Shares
@@ -24,16 +24,22 @@ class Elements(NamedTuple):
     """The elements of a force in a net, and room for their results, for compiled code.
 
     active, K, C : the elements of the last tangents, and these tangents, one after another
+    acted, taken, given : the elements that acted when powers were last summed, and their dissipative and external
+        shares, one after another
     """
 
     parameters: int  # address of the law's
     nodes: Wholes2  # (m, k), 3i
     signal: Reals  # (3,), current s
     in_space: Flags  # (n,), False on drums, which have neither momentum nor place
+    wide: Wholes  # (m,), elements among which those that may act are looked for
     near: Wholes  # (m,), elements that may act
-    counts: Wholes  # (2,), how many are near, and active
+    counts: Wholes  # (4,), how many are near, active, wide, and have acted
     least: Reals  # (m,), m, rest lengths below which an explicit step may be too long; or none
     active: Wholes  # (m,)
+    acted: Wholes  # (m,)
+    taken: Reals  # N
+    given: Reals  # N
     K: Reals
     C: Reals
     left: Reals  # dyads of a force with links
@@ -52,11 +58,14 @@ def elements_of(
     links: int = 0,
     dyads: int = 0,
     least: int = 0,
+    taken: int = 0,
+    given: int = 0,
 ) -> Record:
     """The record of some elements with nodes (m, k).
 
     tangents : numbers in K, and in C; links : their number, of which all or none act
     dyads : numbers in the vectors of each side; least : lower limits of the monitored lengths
+    taken, given : numbers in the dissipative and external shares of all elements
     """
     m, k = nodes.shape
     return Record(
@@ -65,10 +74,14 @@ def elements_of(
             nodes=3 * nodes,
             signal=np.zeros(3),
             in_space=in_space,
+            wide=np.arange(m),
             near=np.arange(m),
-            counts=np.array([m, 0]),
+            counts=np.array([m, 0, m, 0]),
             least=np.zeros(least),
             active=np.arange(max(m, links)),
+            acted=np.arange(m),
+            taken=np.zeros(taken),
+            given=np.zeros(given),
             K=np.zeros(tangents),
             C=np.zeros(tangents),
             left=np.zeros(dyads),
@@ -80,8 +93,13 @@ def elements_of(
     )
 
 
-STORED, DISSIPATED, EXTERNAL, FORCE, TORQUE, TENSION, STRAIN, SUMS = 0, 1, 2, 3, 6, 9, 10, 11
-"""Places in sums over all elements: J, W, W, N (3,), N m (3,) about the origin, N², and a strain; their number."""
+STORED, DISSIPATED, EXTERNAL, FORCE, TORQUE, TENSION, STRAIN = 0, 1, 2, 3, 6, 9, 10
+"""Places in sums over all elements: J, W, W, N (3,), N m (3,) about the origin, N², and a strain."""
+TAKEN, GIVEN, FORMER, SUMS = 11, 12, 2, 15
+"""Powers in W of the dissipative and external shares; at `FORMER` beyond them those of the evaluation before; and the
+number of all sums."""
+NEAR, ACTIVE, WIDE, ACTED = 0, 1, 2, 3
+"""Places in the counts of `Elements`."""
 
 _I, _A, _D = types.int32, types.int64, types.float64
 
@@ -166,8 +184,9 @@ def _(p, x, v, share):  # type: ignore[no-untyped-def]
 def _gather(nodes: IntArray, e: int, k: int, of_net: FloatArray, of_element: FloatArray) -> None:
     """Values (k, 3) at the k nodes of an element, from those of all nodes, flat."""
     for a in range(k):
+        i = index(nodes[e, a])
         for c in range(3):
-            of_element[a, c] = of_net[nodes[e, a] + c]
+            of_element[a, c] = of_net[i + c]
 
 
 @njit(cache=True, **_INLINED)
@@ -178,16 +197,45 @@ def _add_wrench(x: FloatArray, c: int, F: float, total: FloatArray) -> None:
     total[TORQUE + (c + 2) % 3] -= x[(c + 1) % 3] * F
 
 
+@njit(cache=True, **_INLINED)
+def _settle(el: Elements, k: int, pair: bool, V: FloatArray, at: int, total: FloatArray) -> None:
+    """Add the powers of the shares of the last evaluation, at velocities V, to the sums at `at` and after it."""
+    lost = brought = 0.0
+    nodes, acted, taken, given = el.nodes, el.acted, el.taken, el.given
+    dissipates, drives = len(taken) > 0, len(given) > 0
+    for q in range(el.counts[ACTED]):
+        e = index(acted[q])
+        if pair:
+            i, j = index(nodes[e, 0]), index(nodes[e, 1])
+            for c in range(3):
+                w = V[j + c] - V[i + c]
+                if dissipates:
+                    lost += taken[3 * q + c] * w
+                if drives:
+                    brought -= given[3 * q + c] * w
+        else:
+            for a in range(k):
+                for c in range(3):
+                    own = V[nodes[e, a] + c]
+                    if dissipates:
+                        lost -= taken[3 * (k * q + a) + c] * own
+                    if drives:
+                        brought += given[3 * (k * q + a) + c] * own
+    total[at] += lost
+    total[at + 1] += brought
+
+
 # Loops
 
 
 def _add_of_pair(law: Law) -> Any:
     Parameters, version = law.parameters, law.version
     conserves, dissipates, drives = _has(law)
-    from_outside, sifted, watched = law.external, law.near is not None, law.measured is not None
+    sifted, watched = law.near is not None, law.measured is not None
+    kept = dissipates or drives
 
-    @cfunc(_I(_A, _A, _A, _A, _A, _A, _A), cache=bool(version), **OPTIONS)
-    def add(elements, x, v, f, taken, given, sums):  # type: ignore[no-untyped-def]
+    @cfunc(_I(_A, _A, _A, _A, _A, _A), cache=bool(version), **OPTIONS)
+    def add(elements, x, v, f, middle, sums):  # type: ignore[no-untyped-def]
         version  # noqa: B018  # distinguishes what is cached on disk
         el = load(elements, Elements)
         p: Any = load(el.parameters, Parameters)
@@ -197,9 +245,12 @@ def _add_of_pair(law: Law) -> Any:
         fc, fd, fe = el.room[0:3], el.room[3:6], el.room[6:9]
         shares = Shares(fc, fd, fe)
         tension, strain = total[TENSION], total[STRAIN]
-        for q in range(el.counts[0] if sifted else len(nodes)):
-            e = el.near[q] if sifted else q
-            i, j = nodes[e, 0], nodes[e, 1]
+        count, acted, taken, given, lost, brought = 0, el.acted, el.taken, el.given, 0.0, 0.0
+        if kept and middle != 0:
+            _settle(el, 2, True, floats(middle, n3), TAKEN + FORMER, total)
+        for q in range(el.counts[NEAR] if sifted else len(nodes)):
+            e = index(el.near[q]) if sifted else q
+            i, j = index(nodes[e, 0]), index(nodes[e, 1])
             d = (X[j] - X[i], X[j + 1] - X[i + 1], X[j + 2] - X[i + 2])
             w = (V[j] - V[i], V[j + 1] - V[i + 1], V[j + 2] - V[i + 2])
             if not _force(p, e, s, d, w, shares):
@@ -211,27 +262,34 @@ def _add_of_pair(law: Law) -> Any:
                     fc[c] = 0.0
                 if dissipates:
                     pull += fd[c]
-                    if taken != 0:
-                        D = floats(taken, n3)
-                        D[i + c] += fd[c]
-                        D[j + c] -= fd[c]
+                    lost += fd[c] * w[c]
+                    if middle != 0:
+                        taken[3 * count + c] = fd[c]
                     fd[c] = 0.0
                 if drives:
                     pull += fe[c]
-                    if given != 0:
-                        E = floats(given, n3)
-                        E[i + c] += fe[c]
-                        E[j + c] -= fe[c]
+                    brought -= fe[c] * w[c]
+                    if middle != 0:
+                        given[3 * count + c] = fe[c]
                     fe[c] = 0.0
                 F[i + c] += pull
                 F[j + c] -= pull
+            if kept and middle != 0:
+                acted[count] = e
+                count += 1
             if watched:
                 square, stretched = _measured(p, e, d)
                 tension, strain = max(tension, square), max(strain, stretched)
         total[TENSION], total[STRAIN] = tension, strain
+        if kept and middle != 0:
+            el.counts[ACTED] = count
+            if middle == v:
+                total[TAKEN] += lost
+                total[GIVEN] += brought
+            else:
+                _settle(el, 2, True, floats(middle, n3), TAKEN, total)
         return 0
 
-    assert not from_outside, "a pair keeps momentum"
     return add
 
 
@@ -239,9 +297,10 @@ def _add_of_elements(law: Law) -> Any:
     Parameters, version, k_of_law = law.parameters, law.version, law.nodes
     conserves, dissipates, drives = _has(law)
     from_outside, sifted, watched = law.external, law.near is not None, law.measured is not None
+    kept = dissipates or drives
 
-    @cfunc(_I(_A, _A, _A, _A, _A, _A, _A), cache=bool(version), **OPTIONS)
-    def add(elements, x, v, f, taken, given, sums):  # type: ignore[no-untyped-def]
+    @cfunc(_I(_A, _A, _A, _A, _A, _A), cache=bool(version), **OPTIONS)
+    def add(elements, x, v, f, middle, sums):  # type: ignore[no-untyped-def]
         version  # noqa: B018  # distinguishes what is cached on disk
         el = load(elements, Elements)
         p: Any = load(el.parameters, Parameters)
@@ -253,14 +312,17 @@ def _add_of_elements(law: Law) -> Any:
         xe, ve, fc, fd, fe = room[0], room[1], room[2], room[3], room[4]
         shares = Shares(fc, fd, fe)
         tension, strain = total[TENSION], total[STRAIN]
-        for q in range(el.counts[0] if sifted else len(nodes)):
-            e = el.near[q] if sifted else q
+        count, acted, taken, given = 0, el.acted, el.taken, el.given
+        if kept and middle != 0:
+            _settle(el, k, False, floats(middle, n3), TAKEN + FORMER, total)
+        for q in range(el.counts[NEAR] if sifted else len(nodes)):
+            e = index(el.near[q]) if sifted else q
             _gather(nodes, e, k, X, xe)
             _gather(nodes, e, k, V, ve)
             if not _force(p, e, s, xe, ve, shares):
                 continue
             for a in range(k):
-                i = nodes[e, a]
+                i, at = index(nodes[e, a]), 3 * (k * count + a)
                 for c in range(3):
                     whole = 0.0
                     if conserves:
@@ -268,24 +330,48 @@ def _add_of_elements(law: Law) -> Any:
                         fc[a, c] = 0.0
                     if dissipates:
                         whole += fd[a, c]
-                        if taken != 0:
-                            floats(taken, n3)[i + c] += fd[a, c]
+                        if middle != 0:
+                            taken[at + c] = fd[a, c]
                         fd[a, c] = 0.0
                     if drives:
                         whole += fe[a, c]
-                        if given != 0:
-                            floats(given, n3)[i + c] += fe[a, c]
+                        if middle != 0:
+                            given[at + c] = fe[a, c]
                         fe[a, c] = 0.0
                     F[i + c] += whole
                     if from_outside and el.in_space[i // 3]:
                         _add_wrench(xe[a], c, whole, total)
+            if kept and middle != 0:
+                acted[count] = e
+                count += 1
             if watched:
                 square, stretched = _measured(p, e, xe)
                 tension, strain = max(tension, square), max(strain, stretched)
         total[TENSION], total[STRAIN] = tension, strain
+        if kept and middle != 0:
+            el.counts[ACTED] = count
+            _settle(el, k, False, floats(middle, n3), TAKEN, total)
         return 0
 
     return add
+
+
+def _settle_of(law: Law) -> Any:
+    pair, k_of_law, version = law.pair, law.nodes, law.version
+
+    @cfunc(_I(_A, _A, _A), cache=bool(version), **OPTIONS)
+    def settle(elements, v, sums):  # type: ignore[no-untyped-def]
+        """Add to the sums the powers of the shares of the last evaluation at velocities v; 0 for both forgets them."""
+        version  # noqa: B018  # distinguishes what is cached on disk
+        el = load(elements, Elements)
+        if v == 0:
+            el.counts[ACTED] = 0
+            return 0
+        k = k_of_law if k_of_law > 0 else el.nodes.shape[1]
+        _settle(el, k, pair, floats(v, 3 * len(el.in_space)), TAKEN, floats(sums, SUMS))
+        return 0
+
+    return settle
 
 
 def _rates_of_pair(law: Law) -> Any:
@@ -304,9 +390,9 @@ def _rates_of_pair(law: Law) -> Any:
         fc, fd, fe = el.room[0:3], el.room[3:6], el.room[6:9]
         shares = Shares(fc, fd, fe)
         tension, strain, stored, lost, gained = total[TENSION], total[STRAIN], 0.0, 0.0, 0.0
-        for q in range(el.counts[0] if sifted else len(nodes)):
-            e = el.near[q] if sifted else q
-            i, j = nodes[e, 0], nodes[e, 1]
+        for q in range(el.counts[NEAR] if sifted else len(nodes)):
+            e = index(el.near[q]) if sifted else q
+            i, j = index(nodes[e, 0]), index(nodes[e, 1])
             d = (X[j] - X[i], X[j + 1] - X[i + 1], X[j + 2] - X[i + 2])
             w = (V[j] - V[i], V[j + 1] - V[i + 1], V[j + 2] - V[i + 2])
             if stores and wants_energy != 0:
@@ -352,8 +438,8 @@ def _rates_of_elements(law: Law) -> Any:
         xe, ve, fc, fd, fe = room[0], room[1], room[2], room[3], room[4]
         shares = Shares(fc, fd, fe)
         tension, strain = total[TENSION], total[STRAIN]
-        for q in range(el.counts[0] if sifted else len(nodes)):
-            e = el.near[q] if sifted else q
+        for q in range(el.counts[NEAR] if sifted else len(nodes)):
+            e = index(el.near[q]) if sifted else q
             _gather(nodes, e, k, X, xe)
             _gather(nodes, e, k, V, ve)
             if stores and wants_energy != 0:
@@ -392,9 +478,9 @@ def _tangents_of_pair(law: Law) -> Any:
         X, V, nodes, s = floats(x, n3), floats(v, n3), el.nodes, el.signal
         K, C, Ke, Ce = el.K, el.C, np.zeros((3, 3)), np.zeros((3, 3))
         count = 0
-        for q in range(el.counts[0] if sifted else len(nodes)):
-            e = el.near[q] if sifted else q
-            i, j = nodes[e, 0], nodes[e, 1]
+        for q in range(el.counts[NEAR] if sifted else len(nodes)):
+            e = index(el.near[q]) if sifted else q
+            i, j = index(nodes[e, 0]), index(nodes[e, 1])
             d = (X[j] - X[i], X[j + 1] - X[i + 1], X[j + 2] - X[i + 2])
             w = (V[j] - V[i], V[j + 1] - V[i + 1], V[j + 2] - V[i + 2])
             if _tangent(p, e, s, d, w, Ke, Ce):
@@ -404,7 +490,7 @@ def _tangents_of_pair(law: Law) -> Any:
                         K[9 * count + 3 * a + b], C[9 * count + 3 * a + b] = Ke[a, b], Ce[a, b]
                         Ke[a, b] = Ce[a, b] = 0.0
                 count += 1
-        el.counts[1] = count
+        el.counts[ACTIVE] = count
         return 0
 
     return tangents
@@ -426,8 +512,8 @@ def _tangents_of_elements(law: Law) -> Any:
         shape = (len(nodes), k, 3, k, 3)
         K, C = el.K.reshape(shape), el.C.reshape(shape)
         count = 0
-        for q in range(el.counts[0] if sifted else len(nodes)):
-            e = el.near[q] if sifted else q
+        for q in range(el.counts[NEAR] if sifted else len(nodes)):
+            e = index(el.near[q]) if sifted else q
             _gather(nodes, e, k, X, xe)
             _gather(nodes, e, k, V, ve)
             K[count] = 0.0
@@ -435,7 +521,7 @@ def _tangents_of_elements(law: Law) -> Any:
             if _tangent(p, e, s, xe, ve, K[count], C[count]):
                 el.active[count] = e
                 count += 1
-        el.counts[1] = count
+        el.counts[ACTIVE] = count
         return 0
 
     return tangents
@@ -460,7 +546,7 @@ def _tangents_of_links(law: Law) -> Any:
         acts = _linked(
             p, xe, ve, chain, el.left.reshape(shape), el.by_x.reshape(shape), el.by_v.reshape(shape)
         )
-        el.rank[0], el.counts[1] = (rank, links) if acts else (0, 0)
+        el.rank[0], el.counts[ACTIVE] = (rank, links) if acts else (0, 0)
         return 0
 
     return tangents
@@ -469,24 +555,32 @@ def _tangents_of_links(law: Law) -> Any:
 def _sift_of(law: Law) -> Any:
     Parameters, version, pair, k_of_law = law.parameters, law.version, law.pair, law.nodes
 
-    @cfunc(_I(_A, _A, _D), cache=bool(version), **OPTIONS)
-    def sift(elements, x, margin):  # type: ignore[no-untyped-def]
+    @cfunc(_I(_A, _A, _D, _D, _A), cache=bool(version), **OPTIONS)
+    def sift(elements, x, margin, wide, active):  # type: ignore[no-untyped-def]
+        """Find the elements near by `margin`, after those near by `wide` if that is larger, and mark their nodes."""
         version  # noqa: B018  # distinguishes what is cached on disk
         el = load(elements, Elements)
         p: Any = load(el.parameters, Parameters)
-        n3, nodes = 3 * len(el.in_space), el.nodes
-        X, count = floats(x, n3), 0
-        k = k_of_law if k_of_law > 0 else nodes.shape[1]
-        xe = el.room.reshape((5, k, 3))[0]
-        for e in range(len(nodes)):
-            el.near[count] = e
-            if pair:
-                i, j = nodes[e, 0], nodes[e, 1]
-                count += _near(p, e, (X[j] - X[i], X[j + 1] - X[i + 1], X[j + 2] - X[i + 2]), margin)
-            else:
-                _gather(nodes, e, k, X, xe)
-                count += _near(p, e, xe, margin)
-        el.counts[0] = count
+        n, nodes = len(el.in_space), el.nodes
+        X, k = floats(x, 3 * n), k_of_law if k_of_law > 0 else nodes.shape[1]
+        xe, moves = el.room.reshape((5, k, 3))[0], flags(active, n)
+        for turn in range(0 if wide > margin else 1, 2):
+            reach, found = (wide, el.wide) if turn == 0 else (margin, el.near)
+            count = 0
+            for q in range(len(nodes) if turn == 0 else el.counts[WIDE]):
+                e = q if turn == 0 else index(el.wide[q])
+                found[count] = e
+                if pair:
+                    i, j = index(nodes[e, 0]), index(nodes[e, 1])
+                    count += _near(p, e, (X[j] - X[i], X[j + 1] - X[i + 1], X[j + 2] - X[i + 2]), reach)
+                else:
+                    _gather(nodes, e, k, X, xe)
+                    count += _near(p, e, xe, reach)
+            el.counts[WIDE if turn == 0 else NEAR] = count
+        for q in range(el.counts[NEAR] if active != 0 else 0):
+            e = el.near[q]
+            for a in range(k):
+                moves[nodes[e, a] // 3] = True
         return 0
 
     return sift
@@ -582,6 +676,8 @@ def _made(law: Law, name: str) -> Any:
             return _tangents_of_pair(law) if law.pair else _tangents_of_elements(law)
         case "sift" if law.near is not None:
             return _sift_of(law)
+        case "settle" if "dissipative" in law.shares or "external" in law.shares:
+            return _settle_of(law)
         case "rests" if law.rest is not None:
             return _rests_of(law)
         case "rate" if law.rate is not None:

@@ -16,7 +16,7 @@ from netdae.forces.force import Force
 from netdae.forces.loops import DISSIPATED, EXTERNAL, FORCE, STORED, SUMS, TORQUE, elements_of
 
 _A = c.c_int64
-_Add, _Rates, _Powers, _Tangents = (c.CFUNCTYPE(c.c_int, *[_A] * count) for count in (7, 5, 4, 3))
+_Add, _Rates, _Powers, _Tangents = (c.CFUNCTYPE(c.c_int, *[_A] * count) for count in (6, 5, 4, 3))
 
 
 class PythonRow:
@@ -67,7 +67,7 @@ class PythonRow:
             )
         return f
 
-    def _add(self, elements: int, x: int, v: int, f: int, taken: int, given: int, sums: int) -> int:
+    def _add(self, elements: int, x: int, v: int, f: int, middle: int, sums: int) -> int:
         total, out = self._at(f), _floats(sums, SUMS)
         try:
             xe, ve = self._local(x, v)

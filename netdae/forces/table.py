@@ -30,7 +30,7 @@ from netdae.model.signals import line_of
 COMPILED: dict[str, Any] = {"cache": True, **OPTIONS}
 INLINED: dict[str, Any] = {**COMPILED, "forceinline": True}  # else rows are reference-counted at each step
 
-COLUMNS = ("add", "rates", "tangents", "sift", "rests", "rate", "powers")
+COLUMNS = ("add", "rates", "tangents", "sift", "rests", "rate", "settle", "powers")
 """C functions of a row."""
 
 
@@ -48,6 +48,7 @@ class Rows(NamedTuple):
     sift: Wholes
     rests: Wholes
     rate: Wholes
+    settle: Wholes
     powers: Wholes
     ahead: Wholes  # (r,), whether an explicit step gives it the velocity at the end of the step
     signal: Wholes  # where its value goes
@@ -78,16 +79,16 @@ def add_forces(
     v: FloatArray,
     ahead: FloatArray,
     f: FloatArray,
-    taken: int,
-    given: int,
+    middle: int,
     sums: FloatArray,
 ) -> None:
     """Add all forces to f (3n,), and to sums the monitored quantities and external powers and forces, see `loops`.
 
     ahead : velocities (3n,) for the rows that require it, else v
-    taken, given : addresses of arrays (3n,) that gain the dissipative and the external shares, or 0
+    middle : address of velocities (3n,) with which the powers of dissipative and external shares are summed, those of
+        this evaluation and those of the one before; or 0
     """
-    places = f.ctypes.data, taken, given, sums.ctypes.data
+    places = f.ctypes.data, middle, sums.ctypes.data
     for r in range(len(rows.elements)):
         velocities = ahead.ctypes.data if rows.ahead[r] != 0 else v.ctypes.data
         call(rows.add[r], (rows.elements[r], x.ctypes.data, velocities, *places))
@@ -112,11 +113,31 @@ def find_tangents(rows: Rows, x: FloatArray, v: FloatArray) -> None:
 
 
 @njit(**COMPILED)
-def sift(rows: Rows, x: FloatArray, margin: float) -> None:
-    """Leave out elements that cannot act until two nodes have moved by `margin` in m relative to each other."""
+def sift(rows: Rows, x: FloatArray, margin: float, wide: float, active: int) -> None:
+    """Leave out elements that cannot act until two nodes have moved by `margin` in m relative to each other.
+
+    wide : m, a margin larger than this to begin with those that are near by it; else with those of the last such margin
+    active : address of flags (n,), set for the nodes of elements that are left; or 0
+    """
     for r in range(len(rows.elements)):
         if rows.sift[r] != 0:
-            call(rows.sift[r], (rows.elements[r], x.ctypes.data, margin))
+            call(rows.sift[r], (rows.elements[r], x.ctypes.data, margin, wide, active))
+
+
+@njit(**COMPILED)
+def settle(rows: Rows, v: FloatArray, sums: FloatArray) -> None:
+    """Add the powers of the shares of the last evaluation to sums, at velocities v, but for forces in Python."""
+    for r in range(len(rows.elements)):
+        if rows.settle[r] != 0:
+            call(rows.settle[r], (rows.elements[r], v.ctypes.data, sums.ctypes.data))
+
+
+@njit(**COMPILED)
+def forget_shares(rows: Rows) -> None:
+    """Let the next evaluation count no powers of the one before."""
+    for r in range(len(rows.elements)):
+        if rows.settle[r] != 0:
+            call(rows.settle[r], (rows.elements[r], np.int64(0), np.int64(0)))
 
 
 @njit(**COMPILED)
@@ -292,7 +313,7 @@ class Table:
         f = np.zeros((self._size, 3))
         self._sums[:] = 0.0
         V = _flat(v)
-        add_forces(self.rows, _flat(x), V, V, f.reshape(-1), 0, 0, self._sums)
+        add_forces(self.rows, _flat(x), V, V, f.reshape(-1), 0, self._sums)
         self.check()
         return f
 

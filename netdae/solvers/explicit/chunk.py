@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from netdae.core.arrays import FloatArray
-from netdae.solvers.explicit.verlet import Tally
+from netdae.solvers.explicit.parts import Tally
 from netdae.solvers.stepper import Share, Step
 
 

@@ -6,17 +6,19 @@ import math
 
 import numpy as np
 
-from netdae.core.arrays import FloatArray
+from netdae.core.arrays import BoolArray, FloatArray, IntArray, wholes
 from netdae.core.records import Record
 from netdae.forces.elements import ElementForce
 from netdae.forces.force import Force
+from netdae.forces.loops import SUMS
 from netdae.forces.table import Table
 from netdae.model.motions import Fixed
 from netdae.model.restraints import Drive
 from netdae.model.signals import is_constant
 from netdae.solvers.explicit.drums import drums_of
+from netdae.solvers.explicit.parts import POWERS, Acting, Bodies, Held, Room, Tally
 from netdae.solvers.explicit.rayleigh import ImplicitDamping, drags_of
-from netdae.solvers.explicit.verlet import POWERS, Acting, Bodies, Held, Tally, fly
+from netdae.solvers.explicit.verlet import fly
 from netdae.system.system import System
 
 
@@ -34,7 +36,7 @@ class Kernel:
         forces = [force for force in system.forces if force not in apart and force not in slow]
         self.table = Table(forces, system.in_space, watch_lengths=True)
         self._slow_table = Table(slow, system.in_space).prepare("add")
-        self.table.prepare("add", "sift", "rests", "rate", "powers")
+        self.table.prepare("add", "sift", "rests", "rate", "settle", "powers")
         drums = [force for force in apart if force.law.implicit]
         self._on_drums = [force.elements(force.nodes, system.in_space) for force in drums]
         mass = np.repeat(system.mass, 3)
@@ -46,22 +48,23 @@ class Kernel:
         drags = drags_of([force for force in apart if force.law.steady], len(mass))
         self._damping = ImplicitDamping(drags, mass, self.entries)
         shortest = float(system.net.rest_length.min(initial=math.inf))
-        self._bodies = Record(Bodies(mass, share, system.in_space, shortest))
+        in_python = any(not isinstance(force, ElementForce) for force in forces)
+        whole = in_python or self._damping.at(0.0).damps
+        always = _nodes_of([*forces, *drums], self.entries, system.net.node_count)
+        self._bodies = Record(Bodies(mass, share, system.in_space, always, whole, shortest))
+        self._room = Record(_room_of(len(mass)))
         self.rubs = any(law.rate is not None and force.parameters.friction > 0 for force, law in laws)
-        taken, given = (_room(len(mass), _any_has(forces, name)) for name in ("dissipative", "external"))
         self._drums = Record(drums_of(drums, self._on_drums))
         self._acting = Record(
             Acting(
                 rows=self.table.address,
                 drums=self._drums.address,
-                taken=taken,
-                given=given,
                 slow_rows=self._slow_table.address,
-                slow=_room(len(mass), bool(slow)),
-                slow_x=_room(len(mass), bool(slow)),
-                slow_v=_room(len(mass), bool(slow)),
-                ahead=_room(len(mass), bool(self.table.rows.ahead.any())),
-                in_python=any(not isinstance(force, ElementForce) for force in forces),
+                slow=_zeros(len(mass), bool(slow)),
+                slow_x=_zeros(len(mass), bool(slow)),
+                slow_v=_zeros(len(mass), bool(slow)),
+                ahead=_zeros(len(mass), bool(self.table.rows.ahead.any())),
+                in_python=in_python,
                 rubs=self.rubs,
             )
         )
@@ -102,7 +105,7 @@ class Kernel:
         powers : (8,), of the previous step, advanced to the end, see `explicit.verlet.fly`
         history : room for each step, see `explicit.verlet.fly`
         """
-        t, h, (x, v, a) = start
+        t, h, xva = start
         motions = self._no_motions
         if not self._fixed:
             times = [phase.inside(t + k * h) for k in range(steps + 1)]
@@ -110,12 +113,11 @@ class Kernel:
             motions = np.array(moves)
         if history is None:
             history = self._no_history
-        addresses = self._bodies.address, self._acting.address, self._held.address
+        records = self._bodies, self._acting, self._held, self._room
+        addresses = tuple(record.address for record in records)
         before = np.zeros(POWERS) if powers is None else powers
         tally = fly(
-            x,
-            v,
-            a,
+            xva.ctypes.data,
             addresses,
             self._damping.at(h),
             motions,
@@ -139,12 +141,38 @@ def is_slow(force: Force) -> bool:
     return force.law.external and force.newton == "nothing" and is_constant(force.signal)
 
 
-def _room(size: int, needed: bool) -> FloatArray:
+def _zeros(size: int, needed: bool) -> FloatArray:
     return np.zeros(size if needed else 0)
 
 
-def _any_has(forces: list[Force], share: str) -> bool:
-    return any(isinstance(force, ElementForce) and share in force.law.shares for force in forces)
+def _nodes_of(forces: list[Force], entries: IntArray, count: int) -> BoolArray:
+    """Which of the nodes must move in each step: all but those on which only forces act that are sifted."""
+    always = np.zeros(count, dtype=np.bool_)
+    always[entries // 3] = True
+    for force in forces:
+        if not (isinstance(force, ElementForce) and force.law.near is not None):
+            always[force.nodes] = True
+    return always
+
+
+def _room_of(size: int) -> Room:
+    f, kick, viscous, now, drift = np.zeros((5, size))
+    n = size // 3
+    return Room(
+        f=f,
+        kick=kick,
+        viscous=viscous,
+        now=now,
+        moves=np.zeros(n, dtype=np.bool_),
+        begin=wholes(n),
+        end=wholes(n),
+        counts=wholes(2),
+        reach=np.zeros(5),
+        drift=drift,
+        sums=np.zeros(SUMS),
+        gained=np.zeros(POWERS),
+        outside=np.zeros(6),
+    )
 
 
 def _held_of(drive: Drive) -> Held:
@@ -153,4 +181,5 @@ def _held_of(drive: Drive) -> Held:
         entry.append((3 * nodes + axes).ravel())
         motion.append(np.broadcast_to(3 * r + axes, (len(nodes), axes.size)).ravel())
     entries = np.concatenate(entry)
-    return Held(entries, drive.anchor.ravel()[entries], np.concatenate(motion))
+    x, R, speed = np.zeros((3, len(entries)))
+    return Held(entries, drive.anchor.ravel()[entries], np.concatenate(motion), x, R, speed)

@@ -22,13 +22,13 @@ from netdae.forces.reel import WOUND_IN
 from netdae.model.restraints import Drive
 from netdae.solvers.explicit.chunk import Chunk, after, between, share_of, share_reported, step_of
 from netdae.solvers.explicit.kernel import Kernel
+from netdae.solvers.explicit.parts import POWERS, Tally
 from netdae.solvers.explicit.stable_step import STIFF, rate_of, stable_step, without_bound
-from netdae.solvers.explicit.verlet import POWERS, Tally
 from netdae.solvers.options import SolverOptions
 from netdae.solvers.stepper import NOTHING, Scan, Share, Step
 from netdae.system.system import System
 
-CHUNK, LEAST = 256, 32  # most steps in a chunk, 4 to 7 ms of a 21 x 21 net; and the least that SPAN leaves
+CHUNK, LEAST = 512, 32  # most steps in a chunk, 1 to 2 ms of a 21 x 21 net; and the least that SPAN leaves
 SPAN = 0.02  # share of a phase that a chunk may last: within a chunk the largest mouth and the like go unseen
 KEPT_NUMBERS = 500_000  # numbers of x, v and a that are kept at once where every step is reported
 FRACTIONS = {"fast": 0.9, "standard": 0.5, "accurate": 0.2}

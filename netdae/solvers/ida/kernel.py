@@ -43,7 +43,7 @@ class Net(NamedTuple):
     near_x: Reals  # (3n,), m
     reach: float  # m
     f: Reals  # (3n,), N, workspace
-    sums: Reals  # (11,), workspace, see `forces.loops`
+    sums: Reals  # (15,), workspace, see `forces.loops`
 
 
 @njit(**OPTIONS)
@@ -55,7 +55,8 @@ def look(x: FloatArray, net: Net, rows: Rows) -> None:
     if far > 0:
         for k in range(len(x)):
             net.near_x[k] = x[k]
-        sift(rows, x, 2.0 * np.sqrt(3.0) * net.reach)
+        margin = 2.0 * np.sqrt(3.0) * net.reach
+        sift(rows, x, margin, 2.0 * margin, 0)
 
 
 @njit(**OPTIONS)
@@ -66,7 +67,7 @@ def forces(t: float, x: FloatArray, v: FloatArray, net: Net) -> None:
         net.f[k] = 0.0
     set_time(rows, t)
     look(x, net, rows)
-    add_forces(rows, x, v, v, net.f, 0, 0, net.sums)
+    add_forces(rows, x, v, v, net.f, 0, net.sums)
 
 
 @njit(**OPTIONS)

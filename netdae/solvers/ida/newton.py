@@ -286,7 +286,7 @@ def _add_products(r1: FloatArray, net: Net, matrix: Matrix, right: FloatArray) -
         elif coupling.kind == STEADY:  # linear in v: its force at v = r₁ is −D r₁
             rows = load(net.rows, Rows)
             net.f[:] = 0.0
-            places = r1.ctypes.data, r1.ctypes.data, net.f.ctypes.data, 0, 0, net.sums.ctypes.data
+            places = r1.ctypes.data, r1.ctypes.data, net.f.ctypes.data, 0, net.sums.ctypes.data
             call(rows.add[coupling.row], (coupling.elements, *places))
             for k in range(len(right)):
                 right[k] -= net.f[k]
