@@ -38,6 +38,11 @@ if TYPE_CHECKING:
     from netdae.model.motions import Fixed, FunctionMotion, Steady, TableMotion
     from netdae.model.net import CableNet
     from netdae.model.restraints import Restraint
+    from netdae.model.shapes.hull import ConvexHull
+    from netdae.model.shapes.part import Part
+    from netdae.model.shapes.rigid_body import RigidBody
+    from netdae.model.shapes.solids import Box, Capsule, Cone, Cylinder, Plane, Sphere
+    from netdae.model.shapes.surface_mesh import SurfaceMesh
     from netdae.model.signals import Function, Pulse, Table
     from netdae.model.state import State, Trajectory
     from netdae.model.tether import Chaser, Tether
@@ -103,6 +108,11 @@ _HOMES = {
     ),
     "netdae.visual.rendering.look": ("Look",),
     "netdae.model.restraints": ("Restraint",),
+    "netdae.model.shapes.hull": ("ConvexHull",),
+    "netdae.model.shapes.part": ("Part",),
+    "netdae.model.shapes.rigid_body": ("RigidBody",),
+    "netdae.model.shapes.solids": ("Box", "Capsule", "Cone", "Cylinder", "Plane", "Sphere"),
+    "netdae.model.shapes.surface_mesh": ("SurfaceMesh",),
     "netdae.scenario.reader": ("read_scenario",),
     "netdae.model.signals": ("Function", "Pulse", "Table"),
     "netdae.solvers.flight": ("simulate",),

@@ -1,0 +1,1 @@
+"""Rigid shapes of targets and obstacles: their data, signed distances, mass properties and surfaces."""
