@@ -263,7 +263,9 @@ def _hull(numbers: FloatArray, first: int, x: float, y: float, z: float) -> Curv
                 curved = 0.0
                 nx, ny, nz = fx, fy, fz
                 wx, wy, wz = height * fx, height * fy, height * fz
-    if highest <= 0.0:
+    if not highest > 0.0:
+        if highest == -np.inf:  # the point is not a number
+            highest = np.nan
         return highest, nx, ny, nz, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     d = sqrt(best)
     if curved == 0.0 or not d > _TINY:

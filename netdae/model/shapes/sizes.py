@@ -28,8 +28,8 @@ def check_rounding(what: str, rounding: float, largest: float) -> None:
     check_sizes(what, at_least_zero=True, rounding=rounding)
     if rounding > largest:
         raise InputError(
-            f"{what}: rounding is {rounding:g} m, larger than the part: give at most {largest:.6g} m, "
-            "half of its smallest size"
+            f"{what}: rounding is {rounding:g} m, larger than the part: give less than {largest:.4g} m, "
+            "the radius of the largest sphere in it"
         )
 
 
