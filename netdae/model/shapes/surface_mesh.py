@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from itertools import product
 
 import numpy as np
 
@@ -51,16 +52,19 @@ class SurfaceMesh:
 
     @property
     def lipschitz(self) -> float:
-        """A bound of |∇φ| of the interpolation: in each cell, the largest slope of its edges along each axis."""
+        """Largest |∇φ| of the interpolation outside the surface, so that this is at least φ/lipschitz away.
+
+        In a cell ∇φ is a mean of the values at its corners, each from the three edges that meet there; the largest is
+        that of a corner, of those cells that reach outside.
+        """
         values = self.values
-        square = np.zeros(np.subtract(values.shape, 1))
-        for axis in range(3):
-            slope = np.abs(np.diff(values, axis=axis))
-            for other in {0, 1, 2} - {axis}:
-                low, high = (slice(None),) * other, (slice(None),) * other
-                slope = np.maximum(slope[(*low, slice(None, -1))], slope[(*high, slice(1, None))])
-            square += slope**2
-        return max(1.0, float(np.sqrt(square.max())) / self.spacing)
+        x, y, z = (np.diff(values, axis=axis) ** 2 for axis in range(3))
+        square, reach = np.zeros(x[:, 1:, 1:].shape), np.full(x[:, 1:, 1:].shape, -np.inf)
+        ends = (slice(None, -1), slice(1, None))
+        for i, j, k in product(ends, repeat=3):
+            square = np.maximum(square, x[:, j, k] + y[i, :, k] + z[i, j, :])
+            reach = np.maximum(reach, values[i, j, k])
+        return max(1.0, float(np.sqrt(square[reach > 0.0].max(initial=0.0))) / self.spacing)
 
     def core(self) -> Core:
         """The grid."""
