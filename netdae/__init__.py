@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from netdae.initial.scaled import ejected, scaled
     from netdae.initial.star import star
     from netdae.mesh.io import read_net, write_net
+    from netdae.mesh.surface import read_surface
     from netdae.model.material import Material
     from netdae.model.motions import Fixed, FunctionMotion, Steady, TableMotion
     from netdae.model.net import CableNet
@@ -91,6 +92,7 @@ _HOMES = {
     "netdae.solvers.driver": ("integrate",),
     "netdae.model.material": ("Material",),
     "netdae.mesh.io": ("read_net", "write_net"),
+    "netdae.mesh.surface": ("read_surface",),
     "netdae.output.metrics": ("DeploymentMetrics",),
     "netdae.solvers.modes": ("frequencies",),
     "netdae.model.motions": ("Fixed", "FunctionMotion", "Steady", "TableMotion"),

@@ -75,6 +75,7 @@ def test_imports_make_no_circle():
         ("pyvista", {"output.vtk", "mesh.vtk_lines", "visual.rendering.frames", "visual.rendering.scene"}),
         ("sksundae", {"solvers.cvode", "solvers.ida.stepper"}),
         ("cyclopts", {"cli"}),
+        ("trimesh", {"mesh.surface"}),
         ("matplotlib", {"visual.plotting.drawing", "visual.plotting.style", "visual.rendering.colours"}),
         ("PIL", {"visual.rendering.views", "visual.rendering.labels", "visual.rendering.movie_file"}),
     ],

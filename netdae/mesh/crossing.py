@@ -62,19 +62,30 @@ def _crossings(
 @njit(cache=True, error_model="numpy")
 def _passes(p: FloatArray, q: FloatArray, corners: FloatArray, near: float) -> bool:
     """Whether a segment passes through the inner of a triangle, farther than `near` from all of its edges and ends."""
-    a, b, c = corners[0], corners[1], corners[2]
-    n = np.cross(b - a, c - a)
-    double = np.sqrt(np.dot(n, n))
+    ux, uy, uz = corners[1, 0] - corners[0, 0], corners[1, 1] - corners[0, 1], corners[1, 2] - corners[0, 2]
+    wx, wy, wz = corners[2, 0] - corners[0, 0], corners[2, 1] - corners[0, 1], corners[2, 2] - corners[0, 2]
+    nx, ny, nz = uy * wz - uz * wy, uz * wx - ux * wz, ux * wy - uy * wx
+    double = np.sqrt(nx * nx + ny * ny + nz * nz)
     if double <= near * near:
         return False
-    n = n / double
-    above, below = np.dot(p - a, n), np.dot(q - a, n)
+    nx, ny, nz = nx / double, ny / double, nz / double
+    height = nx * corners[0, 0] + ny * corners[0, 1] + nz * corners[0, 2]
+    above = nx * p[0] + ny * p[1] + nz * p[2] - height
+    below = nx * q[0] + ny * q[1] + nz * q[2] - height
     if above * below >= 0.0 or abs(above) <= near or abs(below) <= near:
         return False
-    x = p + above / (above - below) * (q - p)
+    s = above / (above - below)
+    x, y, z = p[0] + s * (q[0] - p[0]), p[1] + s * (q[1] - p[1]), p[2] + s * (q[2] - p[2])
     for k in range(3):
-        start, end = corners[k], corners[(k + 1) % 3]
-        inward = np.cross(n, end - start)
-        if np.dot(x - start, inward) <= near * np.sqrt(np.dot(inward, inward)):
+        end = (k + 1) % 3
+        ux, uy, uz = x - corners[k, 0], y - corners[k, 1], z - corners[k, 2]
+        wx, wy, wz = (
+            corners[end, 0] - corners[k, 0],
+            corners[end, 1] - corners[k, 1],
+            corners[end, 2] - corners[k, 2],
+        )
+        # n × w points inwards, and is as long as w
+        inward = ux * (ny * wz - nz * wy) + uy * (nz * wx - nx * wz) + uz * (nx * wy - ny * wx)
+        if inward <= near * np.sqrt(wx * wx + wy * wy + wz * wz):
             return False
     return True

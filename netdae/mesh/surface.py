@@ -25,8 +25,8 @@ log = logging.getLogger(__name__)
 SUFFIXES = (".stl", ".obj", ".ply")
 """Suffixes of the files that are read."""
 
-MILLIMETRES = 50.0
-"""A target this many times longer than the net is taken for one in millimetres; in inches it is 39 times too long."""
+MILLIMETRES = 100.0
+"""A target this many times longer than the net is taken for one in millimetres, 1000 times too long."""
 
 
 def read_surface(
