@@ -480,6 +480,25 @@ def test_a_diagonal_tensor_keeps_its_order_and_axes():
         assert np.array_equal(axes, [1, 0, 0, 0])
 
 
+def test_a_body_seen_from_its_principal_axes_is_the_same_body():
+    parts = [nd.Part(nd.Box((1.0, 0.6, 0.4)), PLACE, ATTITUDE), nd.Part(nd.Cone(0.5, 0.2, 0.7), (1, 0, 0))]
+    body = nd.RigidBody.of_parts(parts, density=300.0)
+    seen = [part.seen_from(body.centre, body.axes) for part in parts]
+    solid = joined_solids([part.solid().times(300.0) for part in seen])
+    assert solid.centre == pytest.approx(np.zeros(3), abs=ROUND_OFF)
+    assert solid.inertia == pytest.approx(np.diag(body.inertia), abs=1e-12 * body.inertia.max())
+    points = np.random.default_rng(10).uniform(-1.5, 1.5, (200, 3))
+    turn = Rotation.from_quat(body.axes, scalar_first=True)
+    there = turn.inv().apply(points - body.centre)
+    here, far = parts_of(parts), parts_of(seen)
+    assert np.allclose(
+        closest_parts(here.kind, here.first, here.numbers, points)[0],
+        closest_parts(far.kind, far.first, far.numbers, np.ascontiguousarray(there))[0],
+        rtol=0,
+        atol=ROUND_OFF,
+    )
+
+
 @pytest.mark.parametrize(
     ("make", "message"),
     [

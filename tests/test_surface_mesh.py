@@ -75,6 +75,24 @@ def test_the_closest_point_is_that_of_every_triangle_in_turn(name):
     assert np.allclose(np.linalg.norm(points - found.place, axis=1), found.distance, rtol=0, atol=1e-12)
 
 
+def test_the_closest_point_of_a_triangle_is_right_around_each_corner_and_edge():
+    rng = np.random.default_rng(8)
+    seen = set()
+    for _ in range(20):
+        triangle = rng.normal(size=(3, 3))
+        points = rng.normal(size=(100, 3)) * 2.0
+        found = closest(tree_of(triangle, np.array([[0, 1, 2]])), points)
+        expected = trimesh.triangles.closest_point(np.tile(triangle, (100, 1, 1)), points)
+        assert np.allclose(found.place, expected, rtol=0, atol=1e-12)
+        seen |= set(found.feature.tolist())
+        # the feature is the one that the place is on
+        weights = np.linalg.lstsq(triangle.T, found.place.T, rcond=None)[0].T
+        zeros = {0: (), 1: (1, 2), 2: (0, 2), 3: (0, 1), 4: (2,), 5: (0,), 6: (1,)}
+        for feature, weight in zip(found.feature.tolist(), weights, strict=True):
+            assert tuple(np.flatnonzero(np.abs(weight) < 1e-9)) == zeros[feature]
+    assert seen == set(range(7))
+
+
 def winding_numbers(surface, points):
     """How often the surface surrounds each point: the sum of solid angles over 4π (van Oosterom and Strackee 1983)."""
     a, b, c = (surface.points[surface.triangles[:, k]] - points[:, None] for k in range(3))

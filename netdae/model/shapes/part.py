@@ -55,6 +55,16 @@ class Part:
         """A, (3, 3): its columns are the part's axes in the body."""
         return axes_of(self.attitude)
 
+    def seen_from(self, position: ArrayLike, attitude: ArrayLike) -> Part:
+        """The same part in a frame that has its origin and axes there in the body's, as `RigidBody.centre` and `axes`."""
+        turn = Rotation.from_quat(np.asarray(attitude), scalar_first=True).inv()
+        own = Rotation.from_quat(self.attitude, scalar_first=True)
+        return Part(
+            self.shape,
+            turn.apply(self.position - np.asarray(position)),
+            (turn * own).as_quat(scalar_first=True),
+        )
+
     def solid(self) -> Solid:
         """Mass properties of unit density in the body's frame."""
         return self.shape.solid().placed(self.position, self.axes)
