@@ -58,7 +58,20 @@ def an_angle():
     return Surface(points, np.array(triangles))
 
 
-SURFACES = {"box": BOX, "ball": BALL, "cone": CONE, "torus": a_torus(), "angle": an_angle()}
+def a_fan():
+    """A regular tetrahedron with two faces cut into twenty from a corner: most normals there are of one face."""
+    a, b, c, d = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], dtype=float)
+    cut = b + np.linspace(0, 1, 21)[:, None] * (c - b)
+    points = np.concatenate([cut, [a, d]])
+    faces = (
+        [(21, i, i + 1) for i in range(20)]
+        + [(22, i + 1, i) for i in range(20)]
+        + [(21, 22, 0), (21, 20, 22)]
+    )
+    return Surface(points, np.array(faces))
+
+
+SURFACES = {"fan": a_fan(), "box": BOX, "ball": BALL, "cone": CONE, "torus": a_torus(), "angle": an_angle()}
 
 
 @pytest.mark.parametrize("name", SURFACES)
@@ -234,7 +247,8 @@ def test_a_surface_that_is_inside_out_is_turned_round():
 
 def test_triangles_wound_against_the_others_are_turned_round():
     triangles = BALL.triangles.copy()
-    some = np.random.default_rng(6).choice(len(triangles), 200, replace=False)
+    some = np.random.default_rng(6).permutation(len(triangles) - 1)[:200] + 1
+    some[0] = 0  # the one from which the others are reached
     triangles[some] = triangles[some][:, ::-1]
     mesh = surface_mesh(BALL.points, triangles, cells=CELLS)
     assert mesh.notes == ("200 triangles wound against the others turned round",)

@@ -56,7 +56,7 @@ class Part:
         return axes_of(self.attitude)
 
     def seen_from(self, position: ArrayLike, attitude: ArrayLike) -> Part:
-        """The same part in a frame that has its origin and axes there in the body's, as `RigidBody.centre` and `axes`."""
+        """The same part in the frame at this place in the body's, for example at `RigidBody.centre` with its `axes`."""
         turn = Rotation.from_quat(np.asarray(attitude), scalar_first=True).inv()
         own = Rotation.from_quat(self.attitude, scalar_first=True)
         return Part(
