@@ -47,15 +47,20 @@ def a_torus():
     return Surface(np.array(mesh.vertices), np.array(mesh.faces, dtype=np.int64))
 
 
+def prism(outline):
+    """A polygon that is star-shaped about its first corner, counter-clockwise, from z = 0 to 1."""
+    n = len(outline)
+    points = np.concatenate([np.column_stack([outline, np.full(n, z)]) for z in (0.0, 1.0)])
+    caps = [(0, i, i + 1) for i in range(1, n - 1)]
+    sides = [(i, (i + 1) % n, n + (i + 1) % n) for i in range(n)]
+    sides += [(i, n + (i + 1) % n, n + i) for i in range(n)]
+    triangles = [c[::-1] for c in caps] + [tuple(n + i for i in c) for c in caps] + sides
+    return Surface(points, np.array(triangles))
+
+
 def an_angle():
     """An L of unit thickness, with an edge that runs inwards."""
-    outline = np.array([[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]], dtype=float)
-    points = np.concatenate([np.column_stack([outline, np.full(6, z)]) for z in (0.0, 1.0)])
-    caps = [(0, 1, 2), (0, 2, 3), (0, 3, 4), (0, 4, 5)]
-    sides = [(i, (i + 1) % 6, 6 + (i + 1) % 6) for i in range(6)]
-    sides += [(i, 6 + (i + 1) % 6, 6 + i) for i in range(6)]
-    triangles = [c[::-1] for c in caps] + [tuple(6 + i for i in c) for c in caps] + sides
-    return Surface(points, np.array(triangles))
+    return prism([[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]])
 
 
 def a_fan():
@@ -197,6 +202,41 @@ def test_faces_recede_at_an_edge_that_runs_inwards_too():
 def test_receding_takes_a_layer_off_a_smooth_surface():
     inner = receded(BALL, 0.05)
     assert np.allclose(np.linalg.norm(inner.points, axis=1), 0.45, rtol=0, atol=2e-3)
+
+
+def test_digits_lost_in_a_file_do_not_push_points_aside():
+    mesh = trimesh.creation.box((1.0, 1.0, 1.0)).subdivide().subdivide()
+    points = mesh.vertices + np.random.default_rng(9).normal(size=mesh.vertices.shape) * 1e-7
+    inner = receded(Surface(points, np.array(mesh.faces, dtype=np.int64)), 0.05)
+    assert np.allclose(np.abs(inner.points).max(axis=1), 0.45, rtol=0, atol=1e-5)
+    assert np.linalg.norm(inner.points - points, axis=1).max() <= 0.05 * np.sqrt(3.0) + 1e-5
+
+
+def test_walls_that_recede_through_each_other_are_refused():
+    void = inverted(surface_of(nd.Box((0.992, 0.592, 0.392))))  # walls of 4 mm
+    with pytest.raises(nd.InputError, match="larger than a part of it that is thin"):
+        surface_mesh(*joined([BOX, void]), rounding=3e-3, cells=CELLS)
+    assert surface_mesh(*joined([BOX, void]), rounding=1e-3, cells=CELLS).rounding == 1e-3
+
+
+def test_a_chamfer_narrower_than_its_rounding_is_refused():
+    cut = 2.7e-3  # a chamfer 3.8 mm wide, of which a rounding of 5 mm takes 2 · 5 mm · tan 22.5° = 4.1 mm
+    bevelled = prism([[0, 0], [1, 0], [1, 1 - cut], [1 - cut, 1], [0, 1]])
+    assert surface_mesh(*bevelled, rounding=4e-3, cells=CELLS).rounding == 4e-3
+    with pytest.raises(nd.InputError, match="finely resolved: give less, or 0"):
+        surface_mesh(*bevelled, rounding=5e-3, cells=CELLS)
+
+
+def test_edges_of_voids_that_recede_through_each_other_are_refused():
+    # two tetrahedra with edges across each other, 4 mm apart, all corners far from the other
+    block = surface_of(nd.Box((2.0, 2.0, 2.0)))
+    edge, back = [[-0.3, 0, 0.002], [0.3, 0, 0.002]], [[0, -0.3, 0.3], [0, 0.3, 0.3]]
+    upper = Surface(np.array(edge + back), np.array([[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]]))
+    lower = Surface(upper.points[:, [1, 0, 2]] * [1, 1, -1], upper.triangles)
+    both = joined([block, upper, lower])
+    assert surface_mesh(*both, rounding=1e-3, cells=CELLS).rounding == 1e-3
+    with pytest.raises(nd.InputError, match="larger than a part of it that is thin"):
+        surface_mesh(*both, rounding=3e-3, cells=CELLS)
 
 
 def test_without_rounding_given_thin_parts_stay_sharp_and_it_is_told():

@@ -11,13 +11,15 @@ import numpy as np
 
 from netdae.core.arrays import FloatArray, IntArray
 from netdae.core.errors import InputError
-from netdae.mesh.closest import corner_angles, face_normals, tree_of
+from netdae.mesh.closest import corner_angles, face_normals, signed_distances, tree_of
 from netdae.mesh.crossing import crossing_of
 from netdae.model.shapes.surfaces import Surface
 
-_FLAT = (
-    1e-2  # of the largest: directions in which faces differ less (by 6°) are taken for smooth, 0.3 % of ρ off
-)
+_FLAT = 1e-2
+"""Of the largest eigenvalue: where faces differ less, by some 6°, a point moves along their mean normal."""
+
+_DEPTH = 0.8
+"""Of ρ: a point that is less deep than this after it has receded has come close to another side."""
 
 
 def receded(surface: Surface, by: float) -> Surface:
@@ -33,7 +35,8 @@ def receded(surface: Surface, by: float) -> Surface:
     moved = surface.points + np.einsum("nij,nj->ni", np.linalg.pinv(A, rcond=_FLAT, hermitian=True), b)
     result = Surface(moved, surface.triangles)
     after = np.einsum("mi,mi->m", face_normals(moved[surface.triangles]), normals)
-    if (after <= 0.0).any() or _crosses(moved, surface.triangles):
+    shallow = signed_distances(tree_of(*surface), surface.triangles, moved) > -_DEPTH * by
+    if (after <= 0.0).any() or shallow.any() or _crosses(moved, surface.triangles):
         raise InputError(
             f"surface mesh: rounding is {by:g} m, larger than a part of it that is thin or finely resolved: give "
             "less, or 0"
