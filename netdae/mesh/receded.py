@@ -23,7 +23,7 @@ _DEPTH = 0.8
 
 
 def receded(surface: Surface, by: float) -> Surface:
-    """The mesh with its faces `by` m further in; raises InputError where it would turn over or cross itself."""
+    """The mesh with its faces `by` m further in; raises InputError where it would cross itself or come out elsewhere."""
     corners = surface.points[surface.triangles]
     normals = face_normals(corners)
     angle = corner_angles(corners)
@@ -33,15 +33,13 @@ def receded(surface: Surface, by: float) -> Surface:
         np.add.at(A, surface.triangles[:, k], np.einsum("m,mi,mj->mij", weight, normals, normals))
         np.add.at(b, surface.triangles[:, k], -by * weight[:, None] * normals)
     moved = surface.points + np.einsum("nij,nj->ni", np.linalg.pinv(A, rcond=_FLAT, hermitian=True), b)
-    result = Surface(moved, surface.triangles)
-    after = np.einsum("mi,mi->m", face_normals(moved[surface.triangles]), normals)
     shallow = signed_distances(tree_of(*surface), surface.triangles, moved) > -_DEPTH * by
-    if (after <= 0.0).any() or shallow.any() or _crosses(moved, surface.triangles):
+    if shallow.any() or _crosses(moved, surface.triangles):
         raise InputError(
             f"surface mesh: rounding is {by:g} m, larger than a part of it that is thin or finely resolved: give "
             "less, or 0"
         )
-    return result
+    return Surface(moved, surface.triangles)
 
 
 def _crosses(points: FloatArray, triangles: IntArray) -> bool:
