@@ -23,7 +23,7 @@ _DEPTH = 0.8
 
 
 def receded(surface: Surface, by: float) -> Surface:
-    """The mesh with its faces `by` m further in; raises InputError where it would cross itself or come out elsewhere."""
+    """The mesh with its faces `by` m further in; raises InputError where that crosses itself or comes out elsewhere."""
     corners = surface.points[surface.triangles]
     normals = face_normals(corners)
     angle = corner_angles(corners)
