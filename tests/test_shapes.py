@@ -23,6 +23,7 @@ from netdae.model.shapes.kinds import FRUSTUM, GRID
 from netdae.model.shapes.part import parts_of, surface_of
 from netdae.model.shapes.rigid_body import principal
 from netdae.model.shapes.solid import joined_solids, of_surface
+from netdae.model.shapes.surfaces import distinct
 
 ROUND_OFF = 1e-12  # sizes are 1 m
 BALL = np.random.default_rng(0).normal(size=(20, 3))
@@ -430,6 +431,23 @@ def test_a_hull_of_the_corners_of_a_box_has_its_mass_properties_wherever_it_is()
     assert np.linalg.eigvalsh(ours.inertia) == pytest.approx(
         [0.02 * (0.36 + 0.16), 0.02 * (1 + 0.16), 0.02 * (1 + 0.36)], rel=ROUND_OFF
     )
+
+
+def test_points_that_almost_coincide_are_one():
+    cube = np.concatenate([CUBE, CUBE + 1e-12, CUBE + 0.5e-9])
+    hull = nd.ConvexHull(cube, rounding=0.1)
+    assert len(hull.polytope.points) == 8
+    assert len(hull.polytope.faces) == 6
+    first, same = distinct(np.array([[0.0, 0, 0], [1, 0, 0], [1e-10, 0, 0], [1, 0, 0]]), 1e-9)
+    assert np.array_equal(first[same], [0, 1, 0, 1])
+
+
+@pytest.mark.parametrize(
+    "points", [[], [[1, 2, 3]], [[0, 0, 0], [1, 1, 1]], CUBE[[0, 1, 2, 0]], CUBE[[0] * 5]]
+)
+def test_points_without_a_volume_have_no_hull(points):
+    with pytest.raises(nd.InputError, match="convex hull"):
+        nd.ConvexHull(points)
 
 
 def test_two_halves_are_the_whole():

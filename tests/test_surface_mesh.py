@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 import numpy as np
 import pytest
 import trimesh
@@ -395,6 +397,14 @@ def test_a_file_that_is_no_surface_is_refused_in_one_line(tmp_path, name, conten
     with pytest.raises(MeshError, match=message) as caught:
         read_surface(tmp_path / name, cells=CELLS)
     assert "\n" not in str(caught.value)
+
+
+def test_without_trimesh_it_is_told_how_to_get_it(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "trimesh", None)
+    with pytest.raises(
+        MeshError, match=r"x.stl: .*trimesh, which is missing: pip install 'netdae\[capture\]'"
+    ):
+        read_surface(tmp_path / "x.stl")
 
 
 def test_a_grid_is_taken_from_disk_the_second_time(own_cache, monkeypatch):

@@ -14,7 +14,7 @@ from netdae.mesh.closest import signed_distances, tree_of
 from netdae.mesh.crossing import crossing_of
 from netdae.mesh.findings import many
 from netdae.model.shapes.solid import of_surface
-from netdae.model.shapes.surfaces import Surface
+from netdae.model.shapes.surfaces import Surface, distinct
 
 _NEAR = 1e-9  # of the size: points closer than this are one; files keep seven digits or more
 
@@ -54,14 +54,11 @@ def _without_doubles(points: FloatArray, triangles: IntArray, notes: list[str]) 
         )
     if not np.isfinite(points).all():
         raise MeshError("a point of the surface is not a finite number: correct the file")
-    low = points.min(axis=0)
     size = float(np.ptp(points, axis=0).max())
     if size == 0.0:
         raise MeshError("all points of the surface are at one place: correct the file")
-    _, first, same = np.unique(
-        np.round((points - low) / (_NEAR * size)), axis=0, return_index=True, return_inverse=True
-    )
-    triangles = same.reshape(-1)[triangles]
+    first, same = distinct(points, _NEAR * size)
+    triangles = same[triangles]
     a, b, c = triangles.T
     flat = (a == b) | (b == c) | (c == a)
     if flat.any():

@@ -18,7 +18,7 @@ from netdae.model.shapes.kinds import CORE, FACE, HULL, VERTEX, Core
 from netdae.model.shapes.sizes import check_rounding
 from netdae.model.shapes.solid import Solid, of_surface
 from netdae.model.shapes.solids import ROUNDING
-from netdae.model.shapes.surfaces import Surface, polyhedron
+from netdae.model.shapes.surfaces import Surface, distinct, polyhedron
 
 _NEAR = 1e-9  # of the size: points and planes closer than this are one; far above round-off
 
@@ -95,9 +95,9 @@ class ConvexHull:
 
 
 def _polytope(points: FloatArray) -> Polytope:
-    points = _distinct(points)
-    hull = Qhull(points)
     size = float(np.ptp(points, axis=0).max())
+    points = points[np.sort(distinct(points, _NEAR * size)[0])]
+    hull = Qhull(points)
     # triangles of one plane are one face
     plane = hull.equations / [1.0, 1.0, 1.0, size]
     faces: list[tuple[int, ...]] = []
@@ -124,12 +124,6 @@ def _loop(points: FloatArray, corners: FloatArray, normal: FloatArray) -> tuple[
     u = v[np.argmax(np.linalg.norm(v, axis=1))]
     w = np.cross(normal, u)
     return tuple(corners[np.argsort(np.arctan2(v @ w, v @ u))].tolist())
-
-
-def _distinct(points: FloatArray) -> FloatArray:
-    near = _NEAR * float(np.ptp(points, axis=0).max()) or 1.0
-    _, first = np.unique(np.round((points - points.min(axis=0)) / near), axis=0, return_index=True)
-    return points[np.sort(first)]
 
 
 def _inscribed(faces: Polytope) -> tuple[FloatArray, float]:

@@ -9,6 +9,9 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 from netdae.core.arrays import FloatArray, IntArray
 
@@ -67,6 +70,19 @@ def block(half: FloatArray) -> Surface:
     corner = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)], dtype=np.float64)
     faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     return polyhedron(corner * half, faces)
+
+
+def distinct(points: FloatArray, near: float) -> tuple[IntArray, IntArray]:
+    """Indices of points (n, 3) of which none is within `near` m of another, and for each point which it is, (n,).
+
+    Chains of near points are one.
+    """
+    _, first, exact = np.unique(points, axis=0, return_index=True, return_inverse=True)
+    pairs = cKDTree(points[first]).query_pairs(near, output_type="ndarray")
+    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(first), len(first)))
+    _, cluster = connected_components(graph, directed=False)
+    _, chosen, cluster = np.unique(cluster, return_index=True, return_inverse=True)
+    return first[chosen], cluster[exact.reshape(-1)]
 
 
 def polyhedron(points: FloatArray, faces: Sequence[tuple[int, ...]]) -> Surface:
