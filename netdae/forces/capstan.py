@@ -27,6 +27,8 @@ stretch differently, by (N_i − N)/EĀ of their length: this is neglected. The 
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numba import njit
 
@@ -35,6 +37,9 @@ from netdae.forces.rings import Cord, Way, add_along
 
 DELTA = 5e-7
 """δ: angles are smoothed at φ₀ = 1e-3 rad, a hundredth of the turn of the cord at each of 60 rings on a loop."""
+
+NO_ANGLE = math.acos(1.0 - DELTA)
+"""arccos(1 − δ), of a cord that goes straight on."""
 
 RATIO = 1e-3
 """Share of η below which the direction of a segment is no longer used for an angle."""
@@ -52,7 +57,7 @@ def turn_at(way: Way, j: int, size: float) -> tuple[float, float, float, float]:
         square1 += d1 * d1
     r0, r1 = np.sqrt(square0 + least * least), np.sqrt(square1 + least * least)
     cosine /= r0 * r1
-    return cosine, np.arccos((1.0 - DELTA) * cosine) - np.arccos(1.0 - DELTA), r0, r1
+    return cosine, np.arccos((1.0 - DELTA) * cosine) - NO_ANGLE, r0, r1
 
 
 @njit(cache=True)

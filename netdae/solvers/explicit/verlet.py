@@ -62,6 +62,8 @@ from netdae.solvers.explicit.parts import IMPULSE, LOST, WORK, Acting, Bodies, H
 from netdae.solvers.explicit.rayleigh import Solver, damp, drag_all
 from netdae.solvers.explicit.wrench import add_brakes, add_slow_wrench
 
+RUBBED = 8  # steps after which the rate of friction is compared with its limit, which is well above it
+
 
 @njit(**COMPILED)
 def fly(
@@ -123,7 +125,7 @@ def fly(
             peak, peak_step = tension, step
         if limits[0] < np.inf:
             short = rests(rows, x) > 0 or rows.curved[1] != 0
-            if acting.rubs:
+            if acting.rubs and step % RUBBED == 1:
                 rate = max(rate, friction_rate(rows, x, v, bodies.share))
         if step > quiet:
             state, totals = history[0][step - quiet - 1], history[1][step - quiet - 1]
