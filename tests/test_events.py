@@ -91,23 +91,6 @@ def follow(motion, times, detector, *, begun=False):
         last = step
 
 
-def test_a_book_that_begins_anew_forgets_what_happened_together_with_a_stop():
-    system, start = yoyo()
-    detector = EventDetector(
-        [Event("distance", 0.1, action="stop"), Event("distance", 0.1, name="too")], system
-    )
-    detector.begin(start)
-
-    def state_at(t):
-        return State.at(start.x + t * start.v, start.v, t=t)
-
-    detector.note(detector.first(start, state_at(0.5), state_at))  # the flight stops: the other one is left
-    assert len(detector.memory()["together"]) == 1
-    detector.begin(start)
-    assert detector.first(start, state_at(0.05), state_at) is None  # half of the way to both
-    assert detector.fired == {}
-
-
 def times_of(detector, name):
     return [record["time"] for record in detector.records if record["name"] == name]
 
@@ -300,29 +283,51 @@ def test_events_of_one_step_come_in_their_order_and_those_of_one_instant_togethe
     assert times[0] == times[1] == times[2]
 
 
-def test_events_of_one_instant_happen_even_if_the_flight_turns_there():
-    """The first of two has an action after which the area shrinks: the second has happened nevertheless."""
-    detector = EventDetector([Event("mouth_area", 2.0, name=name) for name in "ab"], SYSTEM)
-    motion = breathing()
+def first_firing(detector, motion, t):
+    """What the detector finds up to t, from a start at 0."""
 
     def state_at(t):
         return State(t, *motion(t), np.zeros_like(NET.nodes))
 
-    detector.begin(last := state_at(0.0))
-    firing = detector.first(last, state_at(0.5), state_at)
+    detector.begin(start := state_at(0.0))
+    return detector.first(start, state_at(t), state_at)
+
+
+@pytest.mark.parametrize("names", ["ab", "ba"])
+def test_events_of_one_instant_are_found_together_in_either_order(names):
+    events = [Event("mouth_area", 2.0, name=names[0]), Event("corner_area", 2.0, name=names[1])]
+    detector = EventDetector(events, SYSTEM)
+    firing = first_firing(detector, breathing(), 0.5)
     detector.note(firing)
+    assert "".join(event.name for event in firing.events) == names
+    assert detector.fired == {"a": firing.t, "b": firing.t}
+    assert detector.first(firing.state, firing.state, None) is None
 
-    def back(t):
-        return State(t, *motion(2 * firing.t - t), np.zeros_like(NET.nodes))
 
-    resumed = EventDetector(detector.events, SYSTEM)
-    resumed.restore(detector.memory())
-    for each in (detector, resumed):
-        other = each.first(firing.state, back(firing.t + 0.1), back)
-        assert (firing.event.name, other.event.name) == ("a", "b")
-        assert other.t == firing.t
-        each.note(other)
-        assert each.first(firing.state, back(firing.t + 0.1), back) is None
+def test_events_a_millionth_of_a_step_apart_are_two():
+    rate = 2.0 * 1.44 * (1 + 0.5 * np.sin(1.0)) * np.cos(1.0)  # of the area, m²/s, at 0.5 s
+    area = 1.44 * (1 + 0.5 * np.sin(1.0)) ** 2
+    detector = EventDetector(
+        [Event("mouth_area", area + 1e-6 * rate, name="b"), Event("mouth_area", area, name="a")], SYSTEM
+    )
+    firing = first_firing(detector, breathing(), 0.7)
+    assert [event.name for event in firing.events] == ["a"]
+
+
+@pytest.mark.parametrize("events", [(0, 1), (1, 0)])
+def test_a_passage_before_another_event_of_its_step_is_seen_in_either_order(events):
+    """The net's middle goes 0.1 m and back while the mouth opens: it is back at the end of the step, not before."""
+
+    def motion(t):
+        x, v = breathing()(t)
+        along = np.array([0.0, 0.0, 1.0])
+        return x + t * (0.5 - t) * along, v + (0.5 - 2 * t) * along
+
+    both = [Event("distance", 0.02, name="way"), Event("mouth_area", 1.6, name="open")]
+    detector = EventDetector([both[k] for k in events], SYSTEM)
+    firing = first_firing(detector, motion, 0.5)
+    assert [event.name for event in firing.events] == ["way"]
+    assert firing.t == pytest.approx(0.25 - np.sqrt(0.0625 - 0.02), abs=1e-12)
 
 
 def test_the_state_of_a_firing_lies_at_the_event_or_just_beyond():
@@ -662,6 +667,61 @@ def test_a_mass_that_is_caught_when_its_tether_goes_taut_stays_there(method):
     *_, last = integrate(system, start, [0.0, 1.0], options=DRIVEN[method], events=detector)
     assert detector.fired["caught"] == detector.fired["released"] == pytest.approx(0.5, abs=1e-9)
     np.testing.assert_allclose(last.x[1:], [[LENGTH, 0, 0], [0, 5.5, 0]], rtol=0, atol=1e-8)
+
+
+HANDED_OVER = [
+    Restraint("end", axes="z", until="first", release_velocity=(0.0, 0.0, 1.0)),
+    Restraint("end", begin="second"),
+]
+
+
+@pytest.mark.parametrize("names", [("first", "second"), ("second", "first")])
+@pytest.mark.parametrize("method", SOLVERS)
+def test_a_restraint_ends_as_the_next_begins_at_the_same_instant(method, names):
+    yo, start = yoyo()
+    system = System(
+        yo.net,
+        CORD,
+        damping=NoDamping(),
+        masses={"end": MASS},
+        restraints=[Restraint("chaser"), *HANDED_OVER],
+    )
+    events = [Event("chaser_distance", 0.75, name=name) for name in names]
+    detector = EventDetector(events, system)
+    flight = integrate(system, start, [0.0, 0.4], options=DRIVEN[method], events=detector)
+    *_, last = flight
+    assert flight.fired == detector.fired == {name: pytest.approx(0.25, abs=1e-9) for name in names}
+    np.testing.assert_allclose(last.x[1], [0.75, 0, 0], rtol=0, atol=1e-9)
+    ((_, impulse),) = flight.impulses  # one, from the whole velocity to none
+    np.testing.assert_allclose(impulse, [-system.mass[1] * SPEED, 0, 0], rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("names", [("halt", "go"), ("go", "halt")])
+@pytest.mark.parametrize("method", SOLVERS)
+def test_what_waits_for_an_instant_is_done_before_the_flight_stops_there(method, names):
+    net = CableNet(
+        [[0, 0, 0], [LENGTH, 0, 0], [0, 5, 0]],
+        [[0, 1]],
+        {"chaser": [0], "end": [1], "far": [2]},
+        {"tether": [0]},
+    )
+    restraints = [Restraint("chaser"), Restraint("far", until="go", release_velocity=(0.0, 2.0, 0.0))]
+    system = System(net, CORD, damping=NoDamping(), masses={"end": MASS, "far": MASS}, restraints=restraints)
+    start = State.at([[0, 0, 0], [0.5, 0, 0], [0, 5, 0]], [[0, 0, 0], [SPEED, 0, 0], [0, 0, 0]])
+    events = [Event("tether_taut", action="stop" if name == "halt" else "none", name=name) for name in names]
+    detector = EventDetector(events, system)
+    flight = integrate(system, start, [0.0, 0.3, 1.0], options=DRIVEN[method], events=detector)
+    states = list(flight)
+    assert detector.fired["halt"] == detector.fired["go"] == pytest.approx(0.5, abs=1e-9)
+    assert [state.t for state in states] == [0.0, 0.3, detector.fired["halt"]]
+    np.testing.assert_array_equal(states[-1].v[2], [0, 2, 0])
+    ((_, impulse),) = flight.impulses
+    np.testing.assert_allclose(impulse, [0, 2 * MASS, 0], rtol=1e-12, atol=1e-15)
+    np.testing.assert_allclose(
+        states[-1].balance.external_impulse,
+        system.momentum(states[-1].v) - system.momentum(start.v),
+        atol=1e-8,
+    )
 
 
 @pytest.mark.parametrize("method", ["ida", "explicit"])

@@ -40,7 +40,7 @@ class Alarm(NamedTuple):
 class Noted(NamedTuple):
     t: float
     state: State
-    event: Alarm
+    events: tuple[Alarm, ...]
 
 
 class AtTime:
@@ -57,7 +57,7 @@ class AtTime:
     def first(self, last, step, state_at):
         if self.fired or not last.t < self.t <= step.t:
             return None
-        return Noted(self.t, state_at(self.t), Alarm(self.name, self.action))
+        return Noted(self.t, state_at(self.t), (Alarm(self.name, self.action),))
 
     def note(self, firing):
         self.fired = True

@@ -1,14 +1,15 @@
 """The event detector, which finds the events of a flight between internal steps and records them.
 
-After each internal step the driver asks for the first event in it. Figures are evaluated at the ends of steps, by the
-same code for every integrator; where one has passed its value, the instant is located on the integrator's own dense
-output to within round-off of the clock. The order of calls:
+After each internal step the driver asks for the first instant in it at which events happen. Figures are evaluated at
+the ends of steps, by the same code for every integrator; where one has passed its value, the instant is located on the
+integrator's own dense output to within round-off of the clock. Events within a billionth of the step are of one
+instant: they are found, recorded and acted on together, whatever their order. The order of calls:
 
     detector.begin(start)
     for each step from `last` to `step`:
         while (firing := detector.first(last, step, state_at)) is not None:
             detector.note(firing)
-            ... its action; the flight may go on elsewhere from firing.state
+            ... the actions; the flight may go on elsewhere from firing.state
             last = firing.state
 
 A figure that passes its value and comes back between two evaluations goes unseen; remedies are a smaller max_step, and
@@ -32,16 +33,18 @@ from netdae.events.quantities import Scene
 from netdae.model.state import State
 from netdae.system.system import System
 
+TOGETHER = 1e-9  # share of a step within which events are of one instant: round-off of figures, with a margin
 
-class FoundEvent(NamedTuple):
-    """An event that has been found; `state` is the first one at the event or just beyond it."""
 
-    event: Event
+class FoundEvents(NamedTuple):
+    """All events of an instant, in the order in which they were given; `state` is at all of them or just beyond."""
+
+    events: tuple[Event, ...]
     state: State
 
     @property
     def t(self) -> float:
-        """Time at which it was found, s."""
+        """Time at which they were found, s."""
         return self.state.t
 
 
@@ -81,13 +84,12 @@ class EventDetector:
         self._events = tuple(events)
         self._watches = self._fresh()
         self._lines: list[_Line] = []
-        self._together: list[int] = []  # numbers of events that happen with the one that was noted last
         self._step: tuple[State, StateAt] | None = None  # start of the step that was searched last
 
     def begin(self, start: State) -> None:
         """Begin a flight at its first state, from which distances count; not after `restore`."""
         self._scene.begin(start)
-        self._watches, self._lines, self._together = self._fresh(), [], []
+        self._watches, self._lines = self._fresh(), []
         for watch in self._watches:
             watch.begin(start)
 
@@ -98,47 +100,48 @@ class EventDetector:
             for event in self._events
         )
 
-    def first(self, last: State, step: State, state_at: StateAt) -> FoundEvent | None:
-        """The earliest event in the step from `last` to `step`, or None, after which the step is done.
+    def first(self, last: State, step: State, state_at: StateAt) -> FoundEvents | None:
+        """The events of the earliest instant in the step from `last` to `step`, or None, after which the step is done.
 
         last : where the step began, or the state of the firing that was noted before
         state_at : time in s, between the two, to the State there
-
-        An event that happens together with the one noted before is found at `last` itself.
         """
         live = [watch for watch in self._watches if _live(watch)]
         self._step = last, state_at
-        if self._together:
-            return FoundEvent(self._watches[self._together[0]].event, last)
-        firing, end = None, step
-        for watch in live:
-            state = watch.found(last, end, state_at)
-            if state is not None and (firing is None or state.t < end.t):
-                firing, end = FoundEvent(watch.event, state), state
-        if firing is None:
+        found = _found(live, last, step, state_at)
+        if not found:
             for watch in live:
                 watch.advance(last, step, state_at)
-        return firing
+            return None
+        near = max(TOGETHER * (step.t - last.t), 4 * math.ulp(step.t))
+        end, at_end = min(found.values(), key=_time), found
+        # a figure may have passed its value before, and come back by the end of the step
+        while at_end := _found(live, last, end, state_at):
+            earliest = min(at_end.values(), key=_time)
+            if earliest.t >= end.t - near:
+                break
+            end, found = earliest, found | at_end
+        end = max((state for state in found.values() if state.t <= end.t + near), key=_time)
+        if step.t - end.t <= near:
+            end = step
+        of_it = [
+            watch
+            for watch in live
+            if watch in at_end or watch.beyond(end) or (watch in found and found[watch].t <= end.t)
+        ]
+        return FoundEvents(tuple(watch.event for watch in of_it), end)
 
-    def note(self, firing: FoundEvent) -> None:
-        """Record the firing that `first` has just returned: the event is disarmed, and the step is done up to there."""
+    def note(self, firing: FoundEvents) -> None:
+        """Record the firing that `first` has just returned: its events are disarmed, and the step is done up to it."""
         assert self._step is not None
         last, state_at = self._step
-        number = next(k for k, watch in enumerate(self._watches) if watch.event is firing.event)
-        together = self._together
-        if together:
-            together.remove(number)
-        else:
-            for watch in filter(_live, self._watches):
-                watch.advance(last, firing.state, state_at)
-            together[:] = [
-                k
-                for k, watch in enumerate(self._watches)
-                if k != number and _live(watch) and watch.beyond(firing.state)
-            ]
-        time, area, distance = self._watches[number].fire(firing.state)
+        for watch in filter(_live, self._watches):
+            watch.advance(last, firing.state, state_at)
         paid_out = float(firing.state.x[self._reel, 0].sum()) if len(self._reel) else math.nan
-        self._lines.append(_Line(number, time, firing.t, area, distance, paid_out))
+        for number, watch in enumerate(self._watches):
+            if watch.event in firing.events:
+                time, area, distance = watch.fire(firing.state)
+                self._lines.append(_Line(number, time, firing.t, area, distance, paid_out))
 
     @property
     def events(self) -> tuple[Event, ...]:
@@ -188,7 +191,6 @@ class EventDetector:
             "watches": np.array([watch.memory() for watch in self._watches]).reshape(-1, 6),
             "lines": np.array(self._lines, dtype=np.float64).reshape(-1, len(_Line._fields)),
             "origin": np.stack((self._scene.origin, self._scene.direction)),
-            "together": np.array(self._together, dtype=np.int64),
         }
 
     def restore(self, memory: Mapping[str, NDArray[Any]]) -> None:
@@ -204,7 +206,6 @@ class EventDetector:
             watch.restore(seen)
         self._lines = [_Line(int(number), *map(float, rest)) for number, *rest in memory["lines"].tolist()]
         self._scene.origin, self._scene.direction = np.array(memory["origin"])
-        self._together = [int(number) for number in memory["together"]]
 
     def _record(self, number: int, line: _Line | None) -> dict[str, Any]:
         event = self._watches[number].event
@@ -223,6 +224,16 @@ class EventDetector:
             if line.paid_out == line.paid_out:
                 record["paid_out"] = line.paid_out
         return record
+
+
+def _found(watches: Sequence[Watch], last: State, end: State, state_at: StateAt) -> dict[Watch, State]:
+    """The state at each event that happens between two states."""
+    states = ((watch, watch.found(last, end, state_at)) for watch in watches)
+    return {watch: state for watch, state in states if state is not None}
+
+
+def _time(state: State) -> float:
+    return state.t
 
 
 def _live(watch: Watch) -> bool:

@@ -2,7 +2,8 @@
 
 A flight is cut into phases at the jumps of loads and motions, and where restraints begin or end. Each phase starts
 afresh, with an exact stop, consistent accelerations and the impulse of driven nodes added to the balance. Inside a
-phase, kinks only stop a step. An event on which something depends ends a stage, after which the phases are found anew.
+phase, kinks only stop a step. An instant of events on which something depends ends a stage, after which the phases are
+found anew; whatever the order of these events, restraints end first, then others begin, and a stop comes last.
 Steps do not depend on the output times: states at these and the times of events are read from the integrator's own
 polynomial.
 """
@@ -179,7 +180,7 @@ class Integration:
                 firing = yield from self._fly_phase(phase, begin, stop)
                 if firing is not None:
                     self._stage = firing.t
-                    flying = firing.event.action != "stop" and firing.t < end
+                    flying = not _stops(firing) and firing.t < end
                     break
 
     def _fly_phase(self, phase: System, begin: float, stop: float) -> Generator[State, None, Firing | None]:
@@ -271,7 +272,10 @@ class Integration:
             self._now = state
             self._show()
             at_frame = bool(self._outputs) and self._outputs[0] == state.t
-            stopped = firing is not None and firing.event.action == "stop"
+            stopped = firing is not None and _stops(firing)
+            if stopped:
+                self._act_before_stop()
+                state = self._now
             if at_frame or stopped:
                 if at_frame:
                     self._outputs.popleft()
@@ -287,15 +291,23 @@ class Integration:
         return None
 
     def _find(self, events: EventSearch, state: State) -> Firing | None:
-        """The first event up to `state` on which something depends; earlier ones are noted."""
+        """The first instant up to `state` at which events happen on which something depends; earlier ones are noted."""
         last = self._now
         while (firing := events.first(last, state, self._state_at)) is not None:
             events.note(firing)
-            self.fired.setdefault(firing.event.name, firing.t)
-            if firing.event.action != "none" or firing.event.name in self._waited_for:
+            for event in firing.events:
+                self.fired.setdefault(event.name, firing.t)
+            if any(event.action != "none" or event.name in self._waited_for for event in firing.events):
                 return firing
             last = firing.state
         return None
+
+    def _act_before_stop(self) -> None:
+        """Let restraints end and begin that wait for an event at which the flight stops."""
+        t, end = self._now.t, float(self._times[-1])
+        if t < end and _holding(self._whole, np.nextafter(t, end), self.fired) != self._drive.restraints:
+            _, _, phase = next(self._system.phases(t, end))
+            self._begin(phase, t)
 
     def _cut(self, t: float) -> tuple[State, Step]:
         """The running step, cut at t."""
@@ -340,6 +352,10 @@ class Integration:
         for watch in self._watch:
             watch(reported)
         self._solver.seconds["watchers"] += perf_counter() - begin
+
+
+def _stops(firing: Firing) -> bool:
+    return any(event.action == "stop" for event in firing.events)
 
 
 def _holding(system: System, t: float, fired: Mapping[str, float]) -> tuple[Restraint, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol
 
 from netdae.core.arrays import FloatArray
@@ -19,10 +19,10 @@ class Happening(Protocol):
 
 
 class Firing(Protocol):
-    """An event that was found; `state` is the first one at or just beyond it."""
+    """All events of an instant; `state` is the first one at or just beyond them."""
 
     @property
-    def event(self) -> Happening: ...  # noqa: D102
+    def events(self) -> Sequence[Happening]: ...  # noqa: D102
     @property
     def state(self) -> State: ...  # noqa: D102
     @property
@@ -47,7 +47,7 @@ class EventSearch(Protocol):
         ...
 
     def first(self, last: State, step: State, state_at: Callable[[float], State]) -> Firing | None:
-        """The earliest event after `last`, up to `step`; at `last` if it happens together with one noted before."""
+        """The events of the earliest instant after `last`, up to `step`."""
         ...
 
     def note(self, firing: Any) -> None:
