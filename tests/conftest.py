@@ -25,7 +25,7 @@ STIFF = Material(youngs_modulus=1e11, linear_density=1e-9, area=1e-6)
 
 
 def pytest_configure(config) -> None:
-    """Compile the kernels once, before the workers start: two that compile at once may round differently."""
+    """Compile the kernels once, before the workers start: no two of them do so at once."""
     if hasattr(config, "workerinput") or not config.getoption("numprocesses", None):
         return
     net, start = scaled(CableNet.square(side=1.0, cells=2), (0.8, 0.8, 1.0))

@@ -62,19 +62,19 @@ def call_for_real(typingctx: Any, f: Any, arguments: Any) -> Any:
     return types.float64(types.int64, arguments), codegen
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def floats(address: int, shape: Any) -> Any:
     """Array of floats at an address."""
     return carray(pointer_of(address), shape, np.float64)
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def ints(address: int, shape: Any) -> Any:
     """Array of integers at an address."""
     return carray(pointer_of(address), shape, np.int64)
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def flags(address: int, shape: Any) -> Any:
     """Array of flags at an address."""
     return carray(pointer_of(address), shape, np.bool_)

@@ -1,4 +1,10 @@
-"""Compilation of the kernels, which numba caches on disk: reported when it is needed."""
+"""Compilation of the kernels, which numba caches on disk: reported when it is needed.
+
+Compiled functions that others call are inlined (`forceinline`). A function that is not has a copy in each library that
+calls it, and a process runs the copy that it loads first: which one depends on what has just been compiled and what
+comes from disk. Copies differ in round-off, since LLVM fuses products and sums anew in each, and reorders sums where it
+may. With one copy the same file gives the same figures.
+"""
 
 from __future__ import annotations
 

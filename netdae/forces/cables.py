@@ -30,19 +30,19 @@ from netdae.forces.elements import ElementForce
 from netdae.forces.law import Family, Law, Shares, Vector, compiled
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def strain_of(dx: float, dy: float, dz: float, L: float) -> float:
     """E11 by Eq. (3)."""
     return 0.5 * ((dx * dx + dy * dy + dz * dz) / (L * L) - 1.0)
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def own_strain_of(E11: float, engineering: bool) -> float:
     """The strain e in which a law and its toe are defined: E11, or λ − 1 of the engineering law."""
     return 2.0 * E11 / (1.0 + np.sqrt(1.0 + 2.0 * E11)) if engineering else E11
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def law_of(E11: float, eps: float, engineering: bool) -> tuple[float, float, float, float]:
     """g/E, g′/E, g″/E and the stored energy per EĀL̄ of the law with toe; zero for a slack cable.
 

@@ -45,7 +45,7 @@ RATIO = 1e-3
 """Share of η below which the direction of a segment is no longer used for an angle."""
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def turn_at(way: Way, j: int, size: float) -> tuple[float, float, float, float]:
     """cos φ, φ_j and the lengths of d_{j−1} and d_j, not below a share of η, at the ring j."""
     least = RATIO * size
@@ -60,7 +60,7 @@ def turn_at(way: Way, j: int, size: float) -> tuple[float, float, float, float]:
     return cosine, np.arccos((1.0 - DELTA) * cosine) - NO_ANGLE, r0, r1
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def sliding_speeds(way: Way, L: float, s_rate: float, cord: Cord) -> FloatArray:
     """c_j (p,) at the rings 1 to p − 1; zero at ring 0."""
     c = np.zeros(len(way.h))
@@ -73,7 +73,7 @@ def sliding_speeds(way: Way, L: float, s_rate: float, cord: Cord) -> FloatArray:
     return c
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def tension_shares(way: Way, c: FloatArray, cord: Cord) -> FloatArray:
     """ν_i (p,); 1 without friction."""
     nu = np.ones(len(c))
@@ -88,7 +88,7 @@ def tension_shares(way: Way, c: FloatArray, cord: Cord) -> FloatArray:
     return nu * (way.length / total)
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def share_gradients(
     way: Way,
     v: FloatArray,

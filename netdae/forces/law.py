@@ -34,6 +34,10 @@ Share = Literal["conservative", "dissipative", "external"]
 
 FAST = {"reassoc", "contract", "arcp", "nsz"}  # but not-a-number and infinity keep their meaning
 OPTIONS: dict[str, Any] = {"fastmath": FAST, "error_model": "numpy"}
+INLINED: dict[str, Any] = {
+    **OPTIONS,
+    "forceinline": True,
+}  # see `core.compilation`; nor are references counted
 
 PACKAGE = "netdae"
 
@@ -41,7 +45,7 @@ PACKAGE = "netdae"
 def compiled(function: Callable[..., Any]) -> Any:
     """A compiled function of a law; cached on disk if it is netdae's own, whose changes are detected."""
     kept = function.__module__.partition(".")[0] == PACKAGE
-    return njit(cache=kept, forceinline=True, **OPTIONS)(function)
+    return njit(cache=kept, **INLINED)(function)
 
 
 class Shares(NamedTuple):

@@ -17,7 +17,7 @@ from numba.extending import overload
 from netdae.core.addresses import flags, floats, index
 from netdae.core.arrays import BoolArray, Flags, FloatArray, IntArray, Reals, Wholes, Wholes2, wholes
 from netdae.core.records import Record, load
-from netdae.forces.law import LAWS, OPTIONS, Law, Shares
+from netdae.forces.law import INLINED, LAWS, OPTIONS, Law, Shares
 
 
 class Elements(NamedTuple):
@@ -117,8 +117,6 @@ def _stub(name: str) -> tuple[Callable[..., Any], Callable[..., Any]]:
     return of_law, member_of
 
 
-_INLINED = {"forceinline": True, **OPTIONS}  # else parameters are copied at each call
-
 _force, _force_of = _stub("force")
 _tangent, _tangent_of = _stub("tangent")
 _energy, _energy_of = _stub("energy")
@@ -129,49 +127,49 @@ _linked, _linked_of = _stub("linked")
 _rate, _rate_of = _stub("rate")
 
 
-@overload(_force, jit_options=_INLINED)
+@overload(_force, jit_options=INLINED)
 def _(p, e, s, x, v, f):  # type: ignore[no-untyped-def]
     law = _force_of(p)
     return lambda p, e, s, x, v, f: law(p, e, s, x, v, f)
 
 
-@overload(_tangent, jit_options=_INLINED)
+@overload(_tangent, jit_options=INLINED)
 def _(p, e, s, x, v, K, C):  # type: ignore[no-untyped-def]
     law = _tangent_of(p)
     return lambda p, e, s, x, v, K, C: law(p, e, s, x, v, K, C)
 
 
-@overload(_energy, jit_options=_INLINED)
+@overload(_energy, jit_options=INLINED)
 def _(p, e, x):  # type: ignore[no-untyped-def]
     law = _energy_of(p)
     return (lambda p, e, x: 0.0) if law is None else (lambda p, e, x: law(p, e, x))
 
 
-@overload(_measured, jit_options=_INLINED)
+@overload(_measured, jit_options=INLINED)
 def _(p, e, x):  # type: ignore[no-untyped-def]
     law = _measured_of(p)
     return (lambda p, e, x: (0.0, -np.inf)) if law is None else (lambda p, e, x: law(p, e, x))
 
 
-@overload(_near, jit_options=_INLINED)
+@overload(_near, jit_options=INLINED)
 def _(p, e, x, margin):  # type: ignore[no-untyped-def]
     law = _near_of(p)
     return lambda p, e, x, margin: law(p, e, x, margin)
 
 
-@overload(_rest, jit_options=_INLINED)
+@overload(_rest, jit_options=INLINED)
 def _(p, e, x):  # type: ignore[no-untyped-def]
     law = _rest_of(p)
     return lambda p, e, x: law(p, e, x)
 
 
-@overload(_linked, jit_options=_INLINED)
+@overload(_linked, jit_options=INLINED)
 def _(p, x, v, chain, left, by_x, by_v):  # type: ignore[no-untyped-def]
     law = _linked_of(p)
     return lambda p, x, v, chain, left, by_x, by_v: law(p, x, v, chain, left, by_x, by_v)
 
 
-@overload(_rate, jit_options=_INLINED)
+@overload(_rate, jit_options=INLINED)
 def _(p, x, v, share):  # type: ignore[no-untyped-def]
     law = _rate_of(p)
     return lambda p, x, v, share: law(p, x, v, share)
@@ -180,7 +178,7 @@ def _(p, x, v, share):  # type: ignore[no-untyped-def]
 # What elements of any number of nodes have in common
 
 
-@njit(cache=True, **_INLINED)
+@njit(cache=True, **INLINED)
 def _gather(nodes: IntArray, e: int, k: int, of_net: FloatArray, of_element: FloatArray) -> None:
     """Values (k, 3) at the k nodes of an element, from those of all nodes, flat."""
     for a in range(k):
@@ -189,7 +187,7 @@ def _gather(nodes: IntArray, e: int, k: int, of_net: FloatArray, of_element: Flo
             of_element[a, c] = of_net[i + c]
 
 
-@njit(cache=True, **_INLINED)
+@njit(cache=True, **INLINED)
 def _add_wrench(x: FloatArray, c: int, F: float, total: FloatArray) -> None:
     """Add a force F along axis c at x (3,), and its moment about the origin, to the sums."""
     total[FORCE + c] += F

@@ -80,7 +80,7 @@ class Way(NamedTuple):
     rate: float
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def way_through(x: FloatArray, v: FloatArray, p: int, size: float) -> Way:
     """The path from the rings' x and v, (k + 1, 3); the last of these is the reel's node."""
     k = len(x) - 1
@@ -102,7 +102,7 @@ def way_through(x: FloatArray, v: FloatArray, p: int, size: float) -> Way:
     return Way(u, h, h_rate, length, rate)
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def way_length(x: FloatArray, p: int, size: float) -> float:
     """l, m."""
     k, length = len(x) - 1, 0.0
@@ -113,7 +113,7 @@ def way_length(x: FloatArray, p: int, size: float) -> float:
     return length
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def add_along(
     way: Way, v: FloatArray, i: int, by_length: float, by_rate: float, gradient: FloatArray
 ) -> None:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import ctypes as c
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -22,13 +22,10 @@ from netdae.core.errors import RunError
 from netdae.core.records import Record
 from netdae.forces.elements import ElementForce
 from netdae.forces.force import Force
-from netdae.forces.law import OPTIONS
+from netdae.forces.law import INLINED
 from netdae.forces.loops import SUMS, loop_of
 from netdae.forces.python import PythonRow
 from netdae.model.signals import line_of
-
-COMPILED: dict[str, Any] = {"cache": True, **OPTIONS}
-INLINED: dict[str, Any] = {**COMPILED, "forceinline": True}  # else rows are reference-counted at each step
 
 COLUMNS = ("add", "rates", "tangents", "sift", "rests", "rate", "settle", "powers")
 """C functions of a row."""
@@ -58,7 +55,7 @@ class Rows(NamedTuple):
     curved: Wholes  # (2,), C function that evaluates signals that are not linear, and whether Python failed
 
 
-@njit(**INLINED)
+@njit(cache=True, **INLINED)
 def set_time(rows: Rows, t: float) -> None:
     """Signals as they are at t."""
     since = rows.clock[0]
@@ -72,7 +69,7 @@ def set_time(rows: Rows, t: float) -> None:
         call(rows.curved[0], (t,))
 
 
-@njit(**INLINED)
+@njit(cache=True, **INLINED)
 def add_forces(
     rows: Rows,
     x: FloatArray,
@@ -94,7 +91,7 @@ def add_forces(
         call(rows.add[r], (rows.elements[r], x.ctypes.data, velocities, *places))
 
 
-@njit(**COMPILED)
+@njit(cache=True, **INLINED)
 def add_rates(rows: Rows, x: FloatArray, v: FloatArray, sums: FloatArray, wants_energy: int) -> None:
     """Add powers, external forces and monitored quantities to sums, see `loops`; stored energy if wants_energy is 1."""
     for r in range(len(rows.elements)):
@@ -104,7 +101,7 @@ def add_rates(rows: Rows, x: FloatArray, v: FloatArray, sums: FloatArray, wants_
         )
 
 
-@njit(**COMPILED)
+@njit(cache=True, **INLINED)
 def find_tangents(rows: Rows, x: FloatArray, v: FloatArray) -> None:
     """Leave the tangents of the elements that act in the rows' `Elements`."""
     for r in range(len(rows.elements)):
@@ -112,7 +109,7 @@ def find_tangents(rows: Rows, x: FloatArray, v: FloatArray) -> None:
             call(rows.tangents[r], (rows.elements[r], x.ctypes.data, v.ctypes.data))
 
 
-@njit(**COMPILED)
+@njit(cache=True, **INLINED)
 def sift(rows: Rows, x: FloatArray, margin: float, wide: float, active: int) -> None:
     """Leave out elements that cannot act until two nodes have moved by `margin` in m relative to each other.
 
@@ -124,7 +121,7 @@ def sift(rows: Rows, x: FloatArray, margin: float, wide: float, active: int) -> 
             call(rows.sift[r], (rows.elements[r], x.ctypes.data, margin, wide, active))
 
 
-@njit(**COMPILED)
+@njit(cache=True, **INLINED)
 def settle(rows: Rows, v: FloatArray, sums: FloatArray) -> None:
     """Add the powers of the shares of the last evaluation to sums, at velocities v, but for forces in Python."""
     for r in range(len(rows.elements)):
@@ -132,7 +129,7 @@ def settle(rows: Rows, v: FloatArray, sums: FloatArray) -> None:
             call(rows.settle[r], (rows.elements[r], v.ctypes.data, sums.ctypes.data))
 
 
-@njit(**COMPILED)
+@njit(cache=True, **INLINED)
 def forget_shares(rows: Rows) -> None:
     """Let the next evaluation count no powers of the one before."""
     for r in range(len(rows.elements)):
@@ -140,7 +137,7 @@ def forget_shares(rows: Rows) -> None:
             call(rows.settle[r], (rows.elements[r], np.int64(0), np.int64(0)))
 
 
-@njit(**COMPILED)
+@njit(cache=True, **INLINED)
 def rests(rows: Rows, x: FloatArray) -> int:
     """1 where a rest length has fallen below its `least`, 2 where no flight can continue with one, else 0."""
     worst = 0
@@ -150,7 +147,7 @@ def rests(rows: Rows, x: FloatArray) -> int:
     return worst
 
 
-@njit(**COMPILED)
+@njit(cache=True, **INLINED)
 def friction_rate(rows: Rows, x: FloatArray, v: FloatArray, share: FloatArray) -> float:
     """Sum of the rates of friction that bound an explicit step, 1/s; share (3n,) is 1/mass, zero where held."""
     total = 0.0
@@ -162,7 +159,7 @@ def friction_rate(rows: Rows, x: FloatArray, v: FloatArray, share: FloatArray) -
     return total
 
 
-@njit(**COMPILED)
+@njit(cache=True, **INLINED)
 def add_powers(rows: Rows, x: FloatArray, v: FloatArray, sums: FloatArray) -> None:
     """Add the powers of forces written in Python, which report no shares, to sums."""
     for r in range(len(rows.elements)):

@@ -80,7 +80,7 @@ def opening_finding(net: CableNet, start: State) -> str:
 Triple = tuple[float, float, float]
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def _triple(u: Triple, v: Triple, w: Triple) -> float:
     """u · (v × w)."""
     return (
@@ -90,19 +90,19 @@ def _triple(u: Triple, v: Triple, w: Triple) -> float:
     )
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def _span(a: FloatArray, b: FloatArray) -> Triple:
     """b − a; a tuple, which costs no memory."""
     return b[0] - a[0], b[1] - a[1], b[2] - a[2]
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def _squares(u: Triple, v: Triple) -> float:
     """u² + v²."""
     return u[0] * u[0] + u[1] * u[1] + u[2] * u[2] + v[0] * v[0] + v[1] * v[1] + v[2] * v[2]
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def _inside(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> bool:
     """Whether the lines a b and c d, which lie in one plane, cross inside of both."""
     p, q, r = b - a, d - c, c - a
@@ -117,7 +117,7 @@ def _inside(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> bool:
     return edge < along < 1 - edge and edge < other < 1 - edge
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def _way_of_crossing(x: FloatArray, y: FloatArray, dx: FloatArray, dy: FloatArray) -> float:
     """Share of the way at which cables x and y (2, 3) that move by dx, dy cross first; 2 where they do not."""
     u, du = _span(x[0], x[1]), _span(dx[0], dx[1])

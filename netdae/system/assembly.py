@@ -62,7 +62,7 @@ def blocks_present(blocks: FloatArray) -> IntArray:
     return present[:count].copy()
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def add_symmetric_product(
     blocks: FloatArray,
     present: IntArray,

@@ -26,16 +26,8 @@ from netdae.forces.law import FAST
 from netdae.forces.table import Rows, sift
 from netdae.solvers.explicit.parts import IMPULSE, WORK, Acting, Bodies, Room
 
-COMPILED: dict[str, Any] = {"cache": True, "fastmath": FAST}
-EXACT: dict[str, Any] = {
-    "cache": True,
-    "fastmath": False,
-}  # said, or the caller's would hold: no fused products
-INLINED: dict[str, Any] = {
-    **COMPILED,
-    "forceinline": True,
-}  # else each array counts its references at each call
-
+INLINED: dict[str, Any] = {"cache": True, "fastmath": FAST, "forceinline": True}
+EXACT: dict[str, Any] = {**INLINED, "fastmath": False}  # said, or the caller's would hold: no fused products
 BLOCK = 32  # nodes that are active together: their entries fill whole registers of all processors
 PARTING = 2.0 * math.sqrt(3.0)
 LOOK, WIDE = 16, 4  # steps for which active nodes are found, and looks among the cables of one
@@ -44,7 +36,7 @@ WAY, MARGIN, WIDE_WAY, WIDE_MARGIN, OTHERS = 0, 1, 2, 3, 4
 """Places in `Room.reach`: m, m, m, m, and the largest entry of |v − u| of nodes that are not active, m/s."""
 
 
-@njit(**EXACT, forceinline=True)
+@njit(**EXACT)
 def move(x: FloatArray, v: FloatArray, h: float, acting: Acting, room: Room) -> float:
     """Kick and drift of the active nodes; leave the held forces in f, and return the way of a step, see the module.
 
@@ -75,7 +67,7 @@ def is_due(way: float, room: Room) -> bool:
     return not room.reach[WAY] <= room.reach[MARGIN]
 
 
-@njit(**COMPILED)
+@njit(**INLINED)
 def catch_up(x: FloatArray, v: FloatArray, h: float, bodies: Bodies, acting: Acting, room: Room) -> None:
     """Move the nodes that are not active through the steps since they were, and sum what held forces did to them."""
     steps, first = room.counts[1], 0
@@ -124,7 +116,7 @@ def _go(
         x[i], x[i + 1], x[i + 2], x[i + 3] = x0, x1, x2, x3
 
 
-@njit(**COMPILED)
+@njit(**INLINED)
 def _sum_held(
     first: int,
     last: int,
@@ -161,7 +153,7 @@ def _sum_held(
             gained[IMPULSE + 5] += h * (px * fy - py * fx)
 
 
-@njit(**COMPILED)
+@njit(**INLINED)
 def look(
     x: FloatArray, v: FloatArray, h: float, rows: Rows, bodies: Bodies, acting: Acting, room: Room
 ) -> None:
@@ -198,7 +190,7 @@ def activate_all(room: Room) -> None:
     room.begin[0], room.end[0], room.counts[0] = 0, len(room.moves), 1
 
 
-@njit(**COMPILED)
+@njit(**INLINED)
 def _find_spans(room: Room) -> None:
     """Spans of blocks in which a node is active."""
     n, count, moves, joins = len(room.moves), 0, room.moves, False

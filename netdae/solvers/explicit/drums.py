@@ -22,7 +22,7 @@ from netdae.core.addresses import call
 from netdae.core.arrays import FloatArray, Wholes
 from netdae.core.records import Record
 from netdae.forces.elements import ElementForce
-from netdae.forces.law import OPTIONS
+from netdae.forces.law import INLINED
 from netdae.forces.loops import loop_of
 
 ITERATIONS = 60  # bisection alone is at round-off by then
@@ -51,7 +51,7 @@ def drums_of(forces: Sequence[ElementForce], records: Sequence[Record]) -> Drums
     return Drums(entry, np.append(begin, len(rows)), *columns)
 
 
-@njit(cache=True, **OPTIONS)
+@njit(cache=True, **INLINED)
 def _held_by(drums: Drums, d: int, s: float, v: float, out: FloatArray) -> float:
     """Return g in N on one drum; write its conservative, dissipative and external share, and ∂g/∂v, to out."""
     out[:] = 0.0
@@ -60,7 +60,7 @@ def _held_by(drums: Drums, d: int, s: float, v: float, out: FloatArray) -> float
     return out[0] + out[1] + out[2]
 
 
-@njit(cache=True, **OPTIONS)
+@njit(cache=True, **INLINED)
 def _kicked(drums: Drums, d: int, s: float, b: float, c: float, near: float, out: FloatArray) -> float:
     """The solution of v⁺ = b + c g(s, v⁺), searched from `near` on."""
     g = _held_by(drums, d, s, b, out)
@@ -89,7 +89,7 @@ def _kicked(drums: Drums, d: int, s: float, b: float, c: float, near: float, out
     return v
 
 
-@njit(cache=True, **OPTIONS)
+@njit(cache=True, **INLINED)
 def hold_drums(
     x: FloatArray, v: FloatArray, share: FloatArray, f: FloatArray, h: float, drums: Drums
 ) -> tuple[float, float]:

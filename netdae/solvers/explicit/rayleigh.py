@@ -54,7 +54,7 @@ def drags_of(forces: Sequence[ElementForce], size: int) -> Drags:
     return Drags(np.concatenate(ends), np.concatenate(upper), alpha)
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True, fastmath=FAST, forceinline=True)
 def drag(v: FloatArray, drags: Drags, viscous: FloatArray) -> None:
     """Write their forces, −D v, to viscous (3n,)."""
     for i in range(len(viscous)):
@@ -90,7 +90,7 @@ class Solver(NamedTuple):
     rest: Drags  # all else that damps
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True, fastmath=FAST, forceinline=True)
 def _turn(u: FloatArray, Q: FloatArray) -> None:
     """Turn the vectors u (3n,) into the axes Q."""
     for i in range(0, len(u), 3):
@@ -99,7 +99,7 @@ def _turn(u: FloatArray, Q: FloatArray) -> None:
             u[i + c] = Q[c, 0] * x + Q[c, 1] * y + Q[c, 2] * z
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True, fastmath=FAST, forceinline=True)
 def drag_all(v: FloatArray, solver: Solver, viscous: FloatArray) -> None:
     """Write the forces of Rayleigh damping, −D v, to viscous (3n,)."""
     drag(v, solver.rest, viscous)
@@ -110,7 +110,7 @@ def drag_all(v: FloatArray, solver: Solver, viscous: FloatArray) -> None:
         viscous[j] -= pull
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True, fastmath=FAST, forceinline=True)
 def damp(
     w: FloatArray,
     mass: FloatArray,

@@ -32,6 +32,7 @@ from numba import njit
 from netdae.core.addresses import floats
 from netdae.core.arrays import FloatArray
 from netdae.core.records import load
+from netdae.forces.law import FAST
 from netdae.forces.loops import DISSIPATED, EXTERNAL, FORCE, FORMER, GIVEN, STRAIN, TAKEN, TENSION
 from netdae.forces.table import (
     Rows,
@@ -45,7 +46,6 @@ from netdae.forces.table import (
     sift,
 )
 from netdae.solvers.explicit.active import (
-    COMPILED,
     INLINED,
     LEAST_MARGIN,
     MARGIN,
@@ -65,7 +65,7 @@ from netdae.solvers.explicit.wrench import add_brakes, add_slow_wrench
 RUBBED = 8  # steps after which the rate of friction is compared with its limit, which is well above it
 
 
-@njit(**COMPILED)
+@njit(cache=True, fastmath=FAST)
 def fly(
     start: int,
     addresses: tuple[int, int, int, int],
@@ -143,7 +143,7 @@ def fly(
     return Tally(step, totals[LOST], totals[WORK], totals[IMPULSE:], peak, peak_step, strain, rate)
 
 
-@njit(**COMPILED)
+@njit(**INLINED)
 def _begin(
     x: FloatArray,
     v: FloatArray,
@@ -252,7 +252,7 @@ def _look_ahead(
     room.gained[WORK] += h * work
 
 
-@njit(**COMPILED)
+@njit(**INLINED)
 def _find_slow(
     t: float, x: FloatArray, v: FloatArray, h: float, hold: int, acting: Acting, room: Room
 ) -> None:
@@ -304,7 +304,7 @@ def _hold_drums(
     return lost, brought
 
 
-@njit(**COMPILED)
+@njit(**INLINED)
 def _damp(
     x: FloatArray,
     v: FloatArray,
@@ -358,7 +358,7 @@ def _sum_up(
         gained[IMPULSE + k] += h * outside[k]
 
 
-@njit(**COMPILED)
+@njit(**INLINED)
 def _close(
     v: FloatArray,
     h: float,
@@ -384,7 +384,7 @@ def _close(
         totals[k] = room.gained[k] - 0.5 * h * room.outside[k - IMPULSE]
 
 
-@njit(**COMPILED)
+@njit(**INLINED)
 def _power_of(slow: FloatArray, v: FloatArray) -> float:
     total = 0.0
     for i in range(len(slow)):
@@ -392,7 +392,7 @@ def _power_of(slow: FloatArray, v: FloatArray) -> float:
     return total
 
 
-@njit(**COMPILED)
+@njit(**INLINED)
 def _add_rest_of_wrench(
     x: FloatArray, h: float, bodies: Bodies, acting: Acting, room: Room, powers: FloatArray
 ) -> None:
@@ -408,7 +408,7 @@ def _add_rest_of_wrench(
         room.gained[IMPULSE + k] += h * rest[k]
 
 
-@njit(**COMPILED)
+@njit(**INLINED)
 def _end_step(
     v: FloatArray,
     a: FloatArray,

@@ -8,7 +8,7 @@ from netdae.core.arrays import BoolArray, FloatArray
 from netdae.forces.law import FAST
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True, fastmath=FAST, forceinline=True)
 def add_force(x: FloatArray, i: int, F: float, in_space: BoolArray, row: FloatArray) -> None:
     """Add a force F, N, along the entry i of x (3n,)."""
     node, c = i // 3, i % 3
@@ -18,14 +18,14 @@ def add_force(x: FloatArray, i: int, F: float, in_space: BoolArray, row: FloatAr
         row[3 + (c + 2) % 3] -= x[3 * node + (c + 1) % 3] * F
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True, fastmath=FAST, forceinline=True)
 def add_brakes(x: FloatArray, v: FloatArray, alpha: FloatArray, in_space: BoolArray, row: FloatArray) -> None:
     """Add the forces of α M (3n,) on all nodes, which are external; none where alpha is empty."""
     for i in range(len(alpha)):
         add_force(x, i, -alpha[i] * v[i], in_space, row)
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True, fastmath=FAST, forceinline=True)
 def add_slow_wrench(
     x: FloatArray, slow: FloatArray, in_space: BoolArray, first: int, last: int, row: FloatArray
 ) -> None:

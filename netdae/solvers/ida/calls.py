@@ -22,7 +22,7 @@ _GO_ON, _NOT_CONVERGED = 901, 902  # SUN_NLS_CONTINUE, SUN_NLS_CONV_RECVR
 _RESIDUAL_FAILED = -8  # IDA_RES_FAIL
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def data_of(vector: int, size: int) -> Any:
     """Data of a serial vector."""
     return floats(ints(ints(vector, 1)[0], 2)[1], size)

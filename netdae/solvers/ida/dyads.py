@@ -12,11 +12,11 @@ from numba import njit
 
 from netdae.core.arrays import FloatArray, IntArray, Reals, Reals2, Wholes
 from netdae.core.records import load
-from netdae.forces.law import OPTIONS as LAWS_OPTIONS
+from netdae.forces.law import INLINED
 from netdae.forces.loops import Elements
 from netdae.solvers.linalg.block_ldl import Ldl
 
-OPTIONS = {"cache": True, **LAWS_OPTIONS}
+OPTIONS = {"cache": True, **INLINED}
 
 
 class Dyads(NamedTuple):

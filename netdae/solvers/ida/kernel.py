@@ -14,11 +14,11 @@ from numba import njit
 
 from netdae.core.arrays import Flags, FloatArray, Reals, Wholes
 from netdae.core.records import load
-from netdae.forces.law import OPTIONS as LAWS_OPTIONS
+from netdae.forces.law import INLINED
 from netdae.forces.loops import DISSIPATED, FORCE, STRAIN, TENSION
 from netdae.forces.table import Rows, add_forces, add_rates, set_time, sift
 
-OPTIONS = {"cache": True, **LAWS_OPTIONS}
+OPTIONS = {"cache": True, **INLINED}
 
 RATES = 8
 """Dissipated power, external power, force (3,), torque (3,): the rates that are summed over steps."""

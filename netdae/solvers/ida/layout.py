@@ -42,7 +42,7 @@ class Chunk(NamedTuple):
     z: Reals  # (6n,), Newton's last correction
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def record_at(address: int) -> Any:
     """The record at an address."""
     return carray(pointer_of(address), 1, RECORD)[0]

@@ -89,7 +89,7 @@ def assemble(t: float, y: FloatArray, cj: float, net: Net, matrix: Matrix, ldl: 
     return _find_graph(net.mass, matrix, ldl) if len(matrix.constant) == 0 else -1
 
 
-@njit(forceinline=True, **OPTIONS)
+@njit(**OPTIONS)
 def _join(cj: float, node: int, mass: FloatArray, matrix: Matrix) -> None:
     """Make a node a member, with its mass."""
     if len(matrix.constant) == 0 and matrix.place[node] < 0:
@@ -98,7 +98,7 @@ def _join(cj: float, node: int, mass: FloatArray, matrix: Matrix) -> None:
         _add_mass(cj, node, mass, matrix)
 
 
-@njit(forceinline=True, **OPTIONS)
+@njit(**OPTIONS)
 def _couple(i: int, j: int, block: int, matrix: Matrix) -> None:
     """Note that two nodes are coupled by a block."""
     if len(matrix.constant) == 0:
@@ -144,7 +144,7 @@ def _add_pairs(cj: float, mass: FloatArray, matrix: Matrix, coupling: Coupling) 
     el.rank[0] = 1 if viscous else 0
 
 
-@njit(forceinline=True, **OPTIONS)
+@njit(**OPTIONS)
 def _add_pair(
     A: FloatArray,
     B: FloatArray,
@@ -198,7 +198,7 @@ def _add_elements(cj: float, mass: FloatArray, matrix: Matrix, coupling: Couplin
                         _add(matrix, block, i, j, r, s, value)
 
 
-@njit(forceinline=True, **OPTIONS)
+@njit(**OPTIONS)
 def _add(matrix: Matrix, block: int, i: int, j: int, r: int, s: int, value: float) -> None:
     """Add a value to the entry (r, s) of the block between entries i ≤ j, unless one of the axes is restrained."""
     if len(matrix.free):

@@ -52,7 +52,7 @@ class Ldl(NamedTuple):
 SINGULAR = 1e-14  # a pivot over the diagonal of its block before elimination: round-off of some terms is left
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def _symbolic(K: FloatArray, n: int, ldl: Ldl) -> None:
     """Find the nonzero couplings of n nodes, their elimination tree, and where the columns of L start."""
     present, parent, L_start, flag = ldl.present, ldl.parent, ldl.L_start, ldl.flag
@@ -80,7 +80,7 @@ def _symbolic(K: FloatArray, n: int, ldl: Ldl) -> None:
         L_start[k + 1] += L_start[k]
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def _factor_pivot(A: FloatArray, scale: float, pivot: FloatArray) -> bool:
     """LDLᵀ of a symmetric 3×3 block as (l10, l20, l21, 1/d0, 1/d1, 1/d2); False if it is singular.
 
@@ -106,7 +106,7 @@ def _factor_pivot(A: FloatArray, scale: float, pivot: FloatArray) -> bool:
     return True
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def _solve_pivot(pivot: FloatArray, b0: float, b1: float, b2: float) -> tuple[float, float, float]:
     """Solution of the 3×3 block for one right-hand side."""
     w1 = b1 - pivot[0] * b0
@@ -117,7 +117,7 @@ def _solve_pivot(pivot: FloatArray, b0: float, b1: float, b2: float) -> tuple[fl
     return z0, z1, z2
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def _numeric(K: FloatArray, n: int, ldl: Ldl) -> int:
     """Compute L and the factored pivots D by rows; return the number of the first singular pivot, or −1."""
     parent, flag, path, stack, Y = ldl.parent, ldl.flag, ldl.path, ldl.stack, ldl.Y
@@ -181,7 +181,7 @@ def _numeric(K: FloatArray, n: int, ldl: Ldl) -> int:
     return -1
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def _solve(n: int, ldl: Ldl, b: FloatArray) -> None:
     """Overwrite the rows of b (·, 3) of the n nodes with those of K⁻¹ b."""
     order, L_start, L_row, L, pivots, y = ldl.order, ldl.L_start, ldl.L_row, ldl.L, ldl.pivots, ldl.y

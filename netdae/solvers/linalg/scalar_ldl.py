@@ -89,7 +89,7 @@ def _factor(
     return -1
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def solve(factor: Factor) -> None:
     """`y` becomes A⁻¹ y."""
     _, column, row, L, inverse, y = factor
