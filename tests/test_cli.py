@@ -456,6 +456,41 @@ def test_check_finds_a_wrong_tangent_beside_cables_at_a_kink(where, tmp_path, mo
     assert not any(each.agrees for each in others)
 
 
+CORD_AT_REST = """[[closing]]
+kind = "drawcord"
+rings = "border"
+speed = 3.0
+force = 20.0
+final_length = 0.5
+friction = 0.1
+begin = 0.0
+youngs_modulus = 1e9
+density = 1140.0
+diameter = 1.5e-3
+"""
+
+
+@pytest.mark.parametrize("right", [True, False])
+def test_check_of_a_cord_that_starts_at_a_kink_finds_what_is_wrong_and_nothing_else(
+    right, tmp_path, monkeypatch
+):
+    """The flat net's drawcord is as long as its way: every move across lengthens the way, and its dashpot pulls."""
+    simulation = nd.read_scenario(write_shot(tmp_path, AT_REST + CORD_AT_REST)).build()
+    if not right:
+        newton_part = ElementForce.newton_part
+
+        def wrong(self, t, x, v):
+            tangent = newton_part(self, t, x, v)
+            if self.newton == "links" and len(tangent.by_x):
+                tangent.by_x[0, 0, 0] *= 1.01
+            return tangent
+
+        monkeypatch.setattr(ElementForce, "newton_part", wrong)
+    start, *others = compare_jacobian(simulation, states=2)
+    assert start.agrees
+    assert [each.agrees for each in others] == [right, right]
+
+
 def test_directions_of_the_check_meet_each_row_once(tmp_path):
     system = nd.read_scenario(write_shot(tmp_path, SHOT)).build().system
     colours = _colours_of(system)

@@ -125,16 +125,28 @@ def _compared(system: System, name: str, state: State, colours: IntArray) -> Com
         h = steps[part]
         ahead, behind = (_residual(system, t, y + s * d, ydot + cj * s * d) for s in (h, -h))
         one, other = (ahead - F) / h, (F - behind) / h
-        product = (J @ d.ravel()).reshape(2, n, 3)
-        # at a kink of another force J lies between the differences of both sides; elsewhere these agree
-        outside = np.maximum(np.minimum(one, other) - product, product - np.maximum(one, other))
-        error = np.maximum(outside, 0.0).ravel() / largest
+        products = [J @ d.ravel()]
+        error = _outside(products, one, other) / largest
+        if not error.max() <= LIMIT:  # J jumps at a kink that both differences leave to the same side
+            ends = (y + s * d for s in (h, -h))
+            beside = [linear_solver.full_jacobian(system, t, *end, cj) for end in ends]
+            error = _outside([*products, *(each @ d.ravel() for each in beside)], one, other) / largest
         row = int(error.argmax())
         if not error[row] <= worst:
             worst = float(error[row])
             place = _place_of(row, part, axis, colours == colour, J, n)
     taut, slack = int((strain > 0).sum()), int((strain <= 0).sum())
     return Comparison(name, taut, slack, int(at_kinks.sum()), worst, place)
+
+
+def _outside(products: list[FloatArray], one: FloatArray, other: FloatArray) -> FloatArray:
+    """How far all products of J, (6n,), lie to the same side of the differences of both sides, (6n,).
+
+    At a kink of a force that is no cable J lies between these differences; elsewhere they agree.
+    """
+    low, high = (bound(one, other).ravel() for bound in (np.minimum, np.maximum))
+    below, above = low - np.max(products, axis=0), np.min(products, axis=0) - high
+    return np.maximum(np.maximum(below, above), 0.0)
 
 
 def _at_kinks(system: System, x: FloatArray, v: FloatArray, steps: tuple[float, float]) -> BoolArray:
