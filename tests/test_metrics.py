@@ -419,7 +419,7 @@ def test_energy_warnings_come_just_over_their_limits() -> None:
 def test_a_mouth_that_is_largest_at_the_end_is_warned_of() -> None:
     times = np.array([0.0, 1.0, 2.0])
     opening = figures_of(history(time=times, mouth_area=np.array([1.0, 2.0, 3.0])))
-    assert "fly longer" in opening["warnings"][0]
+    assert "set a later end" in opening["warnings"][0]
     closing = figures_of(history(time=times, mouth_area=np.array([1.0, 3.0, 2.0])))
     assert closing["warnings"] == []
 

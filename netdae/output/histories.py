@@ -29,6 +29,8 @@ HISTORY = (
 ..._residual of a momentum is the size of the difference between its change and the external impulse.
 """
 
+FINER = 'a finer accuracy, or where that is "accurate" finer tolerances or a smaller max_step'
+
 
 def figures_of(
     h: Mapping[str, FloatArray],
@@ -37,10 +39,12 @@ def figures_of(
     corners: bool = True,
     strength: bool = True,
     toe: bool = True,
+    finer: str = FINER,
 ) -> dict[str, Any]:
     """Figures of the histories h, by the names of `HISTORY`, and `warnings`, a list of sentences.
 
     mouth, corners, strength, toe : False where the net has none, so that its figures are left out
+    finer : what a warning tells to set for a finer integration
     """
     figures: dict[str, Any] = {"end_time": float(h["time"][-1])}
     warnings: list[str] = []
@@ -55,7 +59,7 @@ def figures_of(
     figures["peak_strain"] = max(0.0, float(h["strain"].max()))
     if toe:
         figures |= _toe_figures(h, warnings)
-    figures |= _energy_figures(h, warnings)
+    figures |= _energy_figures(h, warnings, finer)
     figures |= _momentum_figures(h)
     figures["warnings"] = warnings
     return figures
@@ -114,7 +118,7 @@ def _mouth_figures(h: Mapping[str, FloatArray], warnings: list[str]) -> dict[str
     if k > 0 and k == len(areas) - 1:
         warnings.append(
             f"the mouth is largest at the end of the flight, {largest:.4g} m² at t = {times[k]:.4g} s: "
-            "it may open further, so fly longer"
+            "it may open further: set a later end, unless an event stops the flight there"
         )
     over = float(times[-1] - times[0]) - time_below(times, areas, 0.8 * largest)
     return {
@@ -169,7 +173,7 @@ def _toe_figures(h: Mapping[str, FloatArray], warnings: list[str]) -> dict[str, 
     return {"peak_strain_over_toe_strain": multiple, "toe_share_of_taut_time": share}
 
 
-def _energy_figures(h: Mapping[str, FloatArray], warnings: list[str]) -> dict[str, Any]:
+def _energy_figures(h: Mapping[str, FloatArray], warnings: list[str], finer: str) -> dict[str, Any]:
     energy = h["kinetic_energy"] + h["elastic_energy"]
     less_work = energy - h["external_work"]
     rise = less_work - np.minimum.accumulate(less_work)  # a passive net never gains any
@@ -182,12 +186,12 @@ def _energy_figures(h: Mapping[str, FloatArray], warnings: list[str]) -> dict[st
     if abs(residual_share) > 0.01:
         warnings.append(
             f"the energy residual reaches {100 * residual_share:.2g} % of the largest kinetic + elastic "
-            f"energy at t = {h['time'][k]:.4g} s, more than 1 %: a finer accuracy keeps it better"
+            f"energy at t = {h['time'][k]:.4g} s, more than 1 %: set {finer} to keep it better"
         )
     if rise_share > 0.001:
         warnings.append(
             f"kinetic + elastic energy less the external work rises {100 * rise_share:.2g} % of the largest "
-            f"until t = {h['time'][j]:.4g} s, more than 0.1 %: a finer accuracy is needed"
+            f"until t = {h['time'][j]:.4g} s, more than 0.1 %: set {finer}, which it needs"
         )
     return {
         "final_kinetic_energy": float(h["kinetic_energy"][-1]),

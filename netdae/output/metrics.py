@@ -12,7 +12,7 @@ from netdae.core.arrays import FloatArray, IntArray
 from netdae.core.errors import InputError
 from netdae.model.mouth import corners_of, mouth_of, vector_area
 from netdae.model.state import State
-from netdae.output.histories import HISTORY, figures_of, tether_figures
+from netdae.output.histories import FINER, HISTORY, figures_of, tether_figures
 from netdae.output.step_log import StepLog
 from netdae.system.measurements import Cordage, Measurements
 
@@ -206,7 +206,7 @@ class DeploymentMetrics:
         columns = np.array(self.rows, dtype=np.float64).reshape(len(self.rows), len(COLUMNS))
         return dict(zip(COLUMNS, columns.T.copy(), strict=True))
 
-    def summary(self) -> dict[str, Any]:
+    def summary(self, *, finer: str = FINER) -> dict[str, Any]:
         """Figures of the flight from all internal steps, SI units, and `warnings`, a list of sentences.
 
         The number of frames changes none of them. Figures that a net does not have (of mouth, corners,
@@ -217,9 +217,11 @@ class DeploymentMetrics:
         energy_residual_share, energy_rise_share : of largest_energy, the largest kinetic + elastic energy
         momentum_residual, angular_momentum_residual : N s and N m s, largest errors of their balances, and ..._share
             of the largest Σ m |v| and Σ m |x × v|
+        finer : what a warning tells to set for a finer integration
         """
         return figures_of(
             self._histories(),
+            finer=finer,
             mouth=self._loop is not None,
             corners=self._corner_loop is not None,
             strength=self._has_strength,

@@ -129,7 +129,7 @@ def _compared(system: System, name: str, state: State, colours: IntArray) -> Com
         error = _outside(products, one, other) / largest
         if not error.max() <= LIMIT:  # J jumps at a kink that both differences leave to the same side
             ends = (y + s * d for s in (h, -h))
-            beside = [linear_solver.full_jacobian(system, t, *end, cj) for end in ends]
+            beside = [linear_solver.full_jacobian(system, t, end[0], end[1], cj) for end in ends]
             error = _outside([*products, *(each @ d.ravel() for each in beside)], one, other) / largest
         row = int(error.argmax())
         if not error[row] <= worst:

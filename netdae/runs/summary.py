@@ -58,14 +58,16 @@ def summary_of(
     resumes : where the run was resumed, if it was stopped under way; the figures are of the whole flight
     """
     system, options = simulation.system, simulation.options
-    figures = {} if last is None else simulation.metrics.summary()
+    begin = float(simulation.times[0])
+    step = None if last is None else (last.t - begin) / max(int(statistics.get("steps", 0)), 1)
+    figures = {} if last is None else simulation.metrics.summary(finer=f"{options.finer(step)} in [solver]")
     warnings = [*simulation.findings, *figures.pop("warnings", [])]
     return {
         "title": simulation.title,
         "status": status,
         "net": net_figures(system),
         "solver": {
-            "begin": float(simulation.times[0]),
+            "begin": begin,
             "end": float(simulation.times[-1]),
             "reached": None if last is None else last.t,
             "accuracy": options.accuracy,

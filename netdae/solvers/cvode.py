@@ -29,6 +29,7 @@ class CvodeSolver:
 
     def __init__(self, system: System, drive: Drive, options: SolverOptions) -> None:
         self._problem = FirstOrder(system, drive)
+        self._options = options
         rtol, atol_position, atol_velocity = options.tolerances
         self._shape = (2, system.net.node_count, 3)
         atol = np.empty(self._shape)
@@ -89,7 +90,8 @@ class CvodeSolver:
             result = self._cvode.step(t, method=method, tstop=stop)
         if not result.success:
             raise RunError(
-                f"the run failed at t = {self._t:.9g} s: {result.message} Try another accuracy or method"
+                f"the run failed at t = {self._t:.9g} s: {result.message} "
+                f"Try {self._options.finer()}, or another method"
             )
         yp = self._problem.finite_rate(result.t, result.y)
         return Step(result.t, result.y.reshape(self._shape), yp.reshape(self._shape))

@@ -84,6 +84,25 @@ class SolverOptions:
         order = {"max_order": self.max_order or HIGHEST_ORDER} if self.method == "ida" else {}
         return {**dict(zip(names, self.tolerances, strict=True)), **order}
 
+    def finer(self, step: float | None = None) -> str:
+        """What to set for a finer integration, as in [solver]; `step` is the mean step of the flight, s."""
+        presets = list(PRESETS)
+        own = (self.rtol, self.atol_position, self.atol_velocity)
+        left = presets[presets.index(self.accuracy) + 1 :]
+        if self.method == "explicit":
+            if left and self.max_step is None:
+                return f'accuracy = "{left[0]}"'
+            steps = [each for each in (step, self.max_step) if each is not None and each > 0]
+            return f"max_step = {0.5 * min(steps):.2g}" if steps else "a smaller max_step"
+        if left and own == (None, None, None):
+            return f'accuracy = "{left[0]}"'
+        rtol, atol_position, atol_velocity = (0.1 * each for each in self.tolerances)
+        if rtol < FINEST_RTOL:
+            return 'method = "explicit"'
+        return (
+            f"rtol = {rtol:.2g}, atol_position = {atol_position:.2g} and atol_velocity = {atol_velocity:.2g}"
+        )
+
     @property
     def tolerances(self) -> tuple[float, float, float]:
         """rtol, atol_position and atol_velocity in force."""

@@ -116,7 +116,8 @@ class IvpSolver:
         message = solver.step()
         if message is not None:
             raise RunError(
-                f"the run failed at t = {solver.t:.9g} s: {message} Try another accuracy or method"
+                f"the run failed at t = {solver.t:.9g} s: {message} "
+                f"Try {self._options.finer()}, or another method"
             )
         self.counts["steps"] += 1
         self.counts["residuals"] += solver.nfev - evaluations

@@ -47,7 +47,7 @@ def failure_of(system: System, t: float, reason: str, weighted: FloatArray, rtol
     cables = np.flatnonzero((system.net.cables == node).any(axis=1))
     if len(cables):
         text += f", where cables {', '.join(map(str, cables))} end"
-    return f"{text}. Try a smaller max_step, another accuracy than rtol = {rtol:g}, or more damping"
+    return f"{text}. Try a smaller max_step, another rtol than {rtol:g}, or more damping"
 
 
 def _part(part: int) -> str:
