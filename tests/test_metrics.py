@@ -424,6 +424,12 @@ def test_a_mouth_that_is_largest_at_the_end_is_warned_of() -> None:
     assert closing["warnings"] == []
 
 
+@pytest.mark.parametrize(("strain", "count"), [(0.49, 0), (0.51, 1)])
+def test_a_strain_that_no_cord_survives_is_warned_of(strain: float, count: int) -> None:
+    figures = figures_of(history(time=np.array([0.0, 1.0, 2.0]), strain=np.array([0.0, strain, 0.1])))
+    assert len([each for each in figures["warnings"] if "peak strain" in each]) == count
+
+
 def test_the_toe_share_is_measured_in_taut_time_and_warned_of_over_half() -> None:
     net = CableNet.square(side=1.0, cells=1)
     system = system_of(net, replace(CORD, toe_strain=1e-2, strength=1e9))
