@@ -13,10 +13,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.random import default_rng
 
 from netdae.core.arrays import BoolArray, FloatArray
 from netdae.core.errors import InputError
+from netdae.initial.disturbed import disturbed
 from netdae.model.state import State
 
 STATISTICS = ("mean", "std", "min", "max")
@@ -55,8 +55,7 @@ class Ensemble:
 
     def start(self, member: int, start: State, restrained: BoolArray) -> State:
         """`start` as that member has it; restrained axes, (n, 3), stay where they are."""
-        noise = self.perturb * default_rng((self.seed, member)).standard_normal(start.x.shape)
-        return State.at(np.where(restrained, start.x, start.x + noise), start.v, t=start.t)
+        return disturbed(start, self.perturb, (self.seed, member), restrained)
 
 
 def statistics_of(values: Iterable[float | None]) -> dict[str, float]:

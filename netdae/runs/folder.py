@@ -20,7 +20,7 @@ from netdae.output.observers import MetricsCsv
 from netdae.output.step_log import StepLog
 from netdae.output.trajectory import Recorder
 from netdae.runs.lock import locked
-from netdae.runs.summary import LastStep, json_of, summary_of
+from netdae.runs.summary import LastStep, json_of, summary_of, warnings_of_start
 from netdae.scenario.digest import digests_of
 from netdae.scenario.reader import Scenario
 from netdae.scenario.simulation import Simulation
@@ -249,12 +249,14 @@ def fly(
     watchers = [*folder.observers(simulation, memory), last, *observers]
     resume = (None, None) if kept is None else (kept.memory.flight, kept.memory.all)
     flight = simulation.integrate(watches_of(watchers), resume=resume[0])
+    warnings: list[str] = []
     began, status, frames = False, "failed", 0 if kept is None else kept.frames
     with folder.held():
         folder.claim() if kept is None else folder.unpack(kept)
         try:
             with begun(simulation.system, watchers, resume=resume[1]):
                 began = True
+                warnings = warnings_of_start(simulation)
                 if kept is not None:
                     folder.reopen(kept, notes)
                 for state in flight:
@@ -284,6 +286,7 @@ def fly(
                     last=last.state,
                     resumes=notes["resumes"],
                     notes=flight.notes,
+                    warnings=warnings,
                 )
                 summary |= notes["about"]
                 folder.write_summary(summary)

@@ -18,6 +18,7 @@ import numpy as np
 import netdae
 from netdae.core.arrays import FloatArray
 from netdae.core.errors import InputError
+from netdae.initial.disturbed import disturbed
 from netdae.output.checkpoint import Kept, read_kept
 from netdae.runs.folder import CHECKPOINT, FILES, FINISHED, SCENARIO, RunFolder
 from netdae.scenario.digest import check_digests
@@ -61,7 +62,11 @@ class StoppedRun:
         scenario = replace(self.scenario, data=self.scenario.data.model_copy(update=update))
         member = self.kept.memory.notes["about"].get("member", {})
         simulation = (scenario.scattered(member["number"]) if member.get("scatter") else scenario).build()
-        return replace(simulation, times=times_to(self.end, times, self.reached))
+        start = simulation.start
+        if member:
+            drawn = (member["seed"], member["number"])
+            start = disturbed(start, member["perturb"], drawn, simulation.system.restrained)
+        return replace(simulation, start=start, times=times_to(self.end, times, self.reached))
 
 
 def times_to(end: float, times: FloatArray, reached: float) -> FloatArray:

@@ -19,6 +19,7 @@ from netdae.scenario.simulation import Simulation
 from netdae.solvers.explicit.stable_step import cheaper_method
 from netdae.solvers.ida.stepper import SUNDIALS_VERSION
 from netdae.system.measurements import Measurements
+from netdae.system.symmetry import symmetry_of
 from netdae.system.system import System
 
 
@@ -49,19 +50,21 @@ def summary_of(
     last: State | None,
     resumes: Sequence[Mapping[str, Any]] = (),
     notes: Sequence[str] = (),
+    warnings: Sequence[str] = (),
 ) -> dict[str, Any]:
     """What summary.json reports: no figure in it depends on the number of frames.
 
     status : "finished", "interrupted" or "failed: " with the reason
     statistics, impulses, fired, notes : of the `Integration`
     last : State of the last internal step, None if there is none
+    warnings : beside those of the scenario and of the figures
     resumes : where the run was resumed, if it was stopped under way; the figures are of the whole flight
     """
     system, options = simulation.system, simulation.options
     begin = float(simulation.times[0])
     step = None if last is None else (last.t - begin) / max(int(statistics.get("steps", 0)), 1)
     figures = {} if last is None else simulation.metrics.summary(finer=f"{options.finer(step)} in [solver]")
-    warnings = [*simulation.findings, *figures.pop("warnings", [])]
+    found = [*simulation.findings, *figures.pop("warnings", []), *warnings]
     return {
         "title": simulation.title,
         "status": status,
@@ -84,7 +87,7 @@ def summary_of(
         "events": [] if simulation.events is None else simulation.events.records,
         "resumes": [*resumes],
         "notes": [*simulation.notes, *notes],
-        "warnings": warnings,
+        "warnings": found,
         "versions": versions(),
     }
 
@@ -112,6 +115,17 @@ def net_figures(system: System) -> dict[str, Any]:
         result["tether_mass"] = float(cord_mass[tether].sum())
     chaser = float(without[net.node_groups.get("chaser", [])].sum())
     return {**result, "chaser_mass": chaser} if chaser > 0 else result
+
+
+def warnings_of_start(simulation: Simulation) -> list[str]:
+    """The warning of a start that is exactly symmetric."""
+    symmetry = symmetry_of(simulation.system, simulation.start, float(simulation.times[-1]))
+    if symmetry is None:
+        return []
+    return [
+        f"the start is exactly symmetric, to {symmetry}, and no real one is: the figures may lie outside the band of "
+        "starts that are not: set disturbance = 1e-6 (m) in [initial], or fly an --ensemble"
+    ]
 
 
 def _ejection(simulation: Simulation) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from pathlib import Path
 from netdae.core.arrays import FloatArray
 from netdae.core.errors import InputError, ScenarioError
 from netdae.forces.loads import Load
+from netdae.initial.disturbed import disturbed
 from netdae.initial.ejection import Launch
 from netdae.model.net import CableNet
 from netdae.model.state import State
@@ -102,6 +103,9 @@ class Build:
                 reels=(*tied.reels, *whole.reels),
                 forces=whole.forces,
             )
+        if data.initial.disturbance > 0:
+            kept = system.restrained | ~system.in_space[:, None]
+            state = disturbed(state, data.initial.disturbance, data.initial.disturbance_seed, kept)
         with section("metrics"):
             metrics = metrics_of(data.metrics, system)
         with section("solver"):

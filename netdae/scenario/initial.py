@@ -129,6 +129,10 @@ class Initial(Section):
         (0.0, 0.0, 0.0), description="Turns about the fixed x, then y, then z axis, degrees."
     )
     velocity: Vector = Field((0.0, 0.0, 0.0), description="Velocity of the whole net, m/s.")
+    disturbance: Annotated[float, Field(ge=0, le=1e3)] = Field(
+        0.0, description="Standard deviation by which each free coordinate is displaced, m."
+    )
+    disturbance_seed: Annotated[int, Field(ge=0)] = Field(0, description="Seed of the disturbance.")
     ejection: list[EjectionEntry] = Field([], description="Groups that are shot.")
 
 
