@@ -38,6 +38,12 @@ def run(
     overwrite: Annotated[
         bool, Parameter(negative="", help="Replace a former run or ensemble in the folder.")
     ] = False,
+    twin: Annotated[
+        bool,
+        Parameter(
+            negative="", help="Fly a second time from a start 1e-9 m away; report how far its figures differ."
+        ),
+    ] = False,
     resume: Annotated[
         Path | None,
         Parameter(
@@ -92,7 +98,13 @@ def run(
         "--all-frames": all_frames or None,
     }
     if resume is not None:
-        others = {"--output": output, "--overwrite": overwrite or None, "--ensemble": ensemble, **of_ensemble}
+        others = {
+            "--output": output,
+            "--overwrite": overwrite or None,
+            "--twin": twin or None,
+            "--ensemble": ensemble,
+            **of_ensemble,
+        }
         _check_alone(resume, scenario, others)
         with _log_lines(), _stopped_by_sigterm():
             _fly_on(resume, until)
@@ -106,13 +118,17 @@ def run(
     given = [name for name, value in of_ensemble.items() if value is not None]
     if ensemble is None and given:
         raise InputError(f"{given[0]} is for ensembles: give --ensemble N too, or leave it out")
+    if ensemble is not None and twin:
+        raise InputError(
+            "--twin does not go with --ensemble, which measures the band itself: leave one of them out"
+        )
     from netdae.scenario.reader import read_scenario
 
     read = read_scenario(scenario)
     target = output or Path(f"{scenario.stem}_out")
     with _log_lines(), _stopped_by_sigterm():
         if ensemble is None:
-            _fly_one(read, target, overwrite=overwrite)
+            _fly_one(read, target, overwrite=overwrite, twin=twin)
         else:
             from netdae.cli.ensemble import fly_ensemble
             from netdae.runs.ensemble import Ensemble
@@ -140,10 +156,10 @@ def _check_alone(folder: Path, scenario: Path | None, others: dict[str, Any]) ->
         )
 
 
-def _fly_one(given: Scenario, target: Path, *, overwrite: bool) -> None:
+def _fly_one(given: Scenario, target: Path, *, overwrite: bool, twin: bool) -> None:
     from netdae.runs.folder import RunFolder
 
-    _fly_into(RunFolder(target, given, overwrite=overwrite), given.build)
+    _fly_into(RunFolder(target, given, overwrite=overwrite), given.build, twin=twin)
 
 
 def _fly_on(folder: Path, until: float | None) -> None:
@@ -153,16 +169,20 @@ def _fly_on(folder: Path, until: float | None) -> None:
     _fly_into(stopped.folder, stopped.build)
 
 
-def _fly_into(folder: RunFolder, build: Callable[[], Simulation]) -> None:
+def _fly_into(folder: RunFolder, build: Callable[[], Simulation], *, twin: bool = False) -> None:
     from netdae.core.compilation import COMPILING, reported_when_compiling
     from netdae.output.observers import Progress
     from netdae.runs.folder import fly
+    from netdae.runs.twin import fly_twin
 
     with reported_when_compiling(lambda: _log.info(COMPILING)):
         simulation = build()
         title = _Title(simulation)
         progress = Progress(float(simulation.times[-1]))
         summary = fly(simulation, folder, observers=[title, progress, _Stop()])
+        if twin:
+            progress = Progress(float(simulation.times[-1]), title="twin")
+            summary = fly_twin(build(), folder, summary, observers=[progress, _Stop()])
     for line in _lines(title.frame_count, folder, summary):
         print(line)
 
@@ -226,6 +246,8 @@ class _Stop:
 
 
 def _lines(frames: int, folder: RunFolder, summary: dict[str, Any]) -> Iterator[str]:
+    from netdae.runs.twin import in_words
+
     figures, solver = summary["deployment"], summary["solver"]
     yield f"{frames} frames in {folder.path / 'series.pvd'}, figures in {folder.path / 'summary.json'}"
     if "largest_mouth_area" in figures:
@@ -242,6 +264,8 @@ def _lines(frames: int, folder: RunFolder, summary: dict[str, Any]) -> Iterator[
     yield f"{solver['steps']} steps in {solver['wall_seconds']['total']:.3g} s"
     for event in summary["events"]:
         yield _line_of(event)
+    if "twin" in summary:
+        yield in_words(summary)
     for note in summary["notes"]:
         yield f"note: {note}"
     for warning in summary["warnings"]:
