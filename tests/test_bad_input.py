@@ -9,6 +9,8 @@ import sys
 import pytest
 
 from netdae.cli import main
+from netdae.core.errors import InputError
+from netdae.scenario.table_files import read_table
 
 SCENARIO = """\
 title = "small"
@@ -605,3 +607,9 @@ def test_signs_that_the_output_cannot_take_are_replaced(encoding, tmp_path):
         "kg/m³"
         in json.loads(done.stdout.decode("utf-8"))["$defs"]["Cord"]["properties"]["density"]["description"]
     )
+
+
+@pytest.mark.skipif(os.name != "posix", reason="there are no devices among the files")
+def test_a_table_that_is_a_device_is_refused_before_it_is_read():
+    with pytest.raises(InputError, match="this is a device or a pipe: give the name of a CSV file"):
+        read_table("/dev/zero", ["t", "x"])

@@ -167,6 +167,7 @@ def test_tolerances_are_those_of_the_slowest_closing_unless_they_are_given():
         ('"border"', "[3]", "the cord runs through 1 node: give two or more rings"),
         ('"border"', '"centre"', "the cord runs through 1 node of 'centre'"),
         ('"border"', "[3, 9, 1]", "the cord runs through node 9, but the net has 9 nodes"),
+        ('"border"', f"[3, {2**63}, 1]", f"the cord runs through node {2**63}, but the net has 9 nodes"),
         ('"border"', "[3, -9, 1]", "[[closing]] 1 rings, number 2, is -9, expected 0 or more"),
         ('"border"', '"boarder"', "there is no node group 'boarder': did you mean 'border'?"),
         ('"border"', "3", "[[closing]] 1 rings is 3, expected text in quotes"),

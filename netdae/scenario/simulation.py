@@ -51,7 +51,7 @@ class Simulation:
         )
 
     def compile(self) -> None:
-        """Compile the kernels of the flight: processes that compile them at the same time may round differently."""
+        """Compile the kernels of the flight, once for all processes that fly it."""
         begin, end = float(self.times[0]), float(self.times[-1])
         for _ in integrate(
             self.system, self.start, [begin, begin + 1e-6 * (end - begin)], options=self.options

@@ -21,6 +21,8 @@ def read_table(path: str | os.PathLike[str], *headers: Sequence[str]) -> dict[st
     Blank lines do not count. Raises InputError that names the file, the line and the column.
     """
     source = Path(path)
+    if source.exists() and not (source.is_file() or source.is_dir()):  # a device may never end
+        raise InputError(f"{source}: this is a device or a pipe: give the name of a CSV file")
     try:
         with source.open(encoding="utf-8-sig", newline="") as stream:  # spreadsheets begin a file with a mark
             reader = csv.reader(stream)

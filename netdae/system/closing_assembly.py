@@ -167,13 +167,12 @@ def _named(ends: str | tuple[int, ...]) -> str:
 
 def _listed(net: CableNet, numbers: tuple[int, ...]) -> IntArray:
     """The nodes of these numbers; raises InputError where the net has no such node."""
-    nodes = np.array(numbers, dtype=np.int64)
-    missing = nodes[(nodes < 0) | (nodes >= net.node_count)]
-    if len(missing):
+    missing = [number for number in numbers if not 0 <= number < net.node_count]  # before they are 64 bits
+    if missing:
         raise InputError(
             f"closing: the cord runs through node {missing[0]}, but the net has {net.node_count} nodes"
         )
-    return nodes
+    return np.array(numbers, dtype=np.int64)
 
 
 def rings_through(net: CableNet, cord: Drawcord) -> IntArray:
