@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from netdae.core.arrays import FloatArray
+from netdae.core.arrays import BoolArray, FloatArray
 from netdae.core.errors import InputError
 from netdae.model.net import CableNet
 
@@ -125,10 +125,15 @@ def fitting(net: CableNet) -> float:
     return min(1.0, 1.0 / float(stretch_of(net, net.nodes).max()))
 
 
-def taut_finding(net: CableNet, x: FloatArray) -> str:
-    """The worst of the taut cables at positions x (n, 3) in words; empty when all are slack or just straight."""
+def taut_finding(net: CableNet, x: FloatArray, *, tight: BoolArray | None = None) -> str:
+    """The worst of the taut cables at positions x (n, 3) in words; empty when all are slack or just straight.
+
+    tight : (m,), True at cables with a prestress, which count as taut only where they are longer than in x̄
+    """
     stretch = stretch_of(net, x)
-    taut = np.flatnonzero(stretch > 1 + 1e-9)  # round-off of a net that is as long as drawn
+    meant = 1.0 if tight is None else np.where(tight, stretch_of(net, net.nodes), 1.0)
+    over = stretch > (1 + 1e-9) * meant  # round-off of a net that is as long as drawn
+    taut, stretch = np.flatnonzero(over), np.where(over, stretch, 0.0)
     if not len(taut):
         return ""
     e = int(np.argmax(stretch))

@@ -2,7 +2,7 @@
 
 Physical groups, node and element sets, and integer data (everything that is not 0) are groups by their name:
 of nodes where they hold points, of cables where they hold lines. Cell data `diameter`, `area`,
-`youngs_modulus`, `density` and `rest_length` are numbers of the cables, in SI units.
+`youngs_modulus`, `density`, `prestress` and `rest_length` are numbers of the cables, in SI units.
 """
 
 from __future__ import annotations

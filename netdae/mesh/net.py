@@ -11,7 +11,7 @@ from netdae.core.arrays import BoolArray, FloatArray, IntArray
 from netdae.core.errors import MeshError
 from netdae.mesh.findings import many, report_coincident, report_doubles, report_unused
 from netdae.mesh.raw import NUMBERS, RawMesh, integer_groups, no_indices
-from netdae.model.net import CableNet
+from netdae.model.net import ZERO_OR_MORE, CableNet
 
 LARGEST_PLACE = 1e6
 """Largest coordinate of a mesh, m: nets are metres wide, and beyond this, positions lose micrometres."""
@@ -175,11 +175,14 @@ def _numbers(raw: RawMesh) -> dict[str, FloatArray]:
             )
         numbers[name] = values.reshape(-1)[raw.line_cell].astype(np.float64)
         inside = (numbers[name] >= SMALLEST) & (numbers[name] <= LARGEST)
+        bound = "above zero"
+        if name in ZERO_OR_MORE:
+            inside, bound = inside | (numbers[name] == 0), "zero or more"
         wrong = np.flatnonzero(~(np.isnan(numbers[name]) | inside))
         if len(wrong):
             found = numbers[name][wrong[0]]
             raise MeshError(
-                f"{raw.cable_name(int(wrong[0]))} has {name} {found:g}: give a number above zero, "
+                f"{raw.cable_name(int(wrong[0]))} has {name} {found:g}: give a number {bound}, "
                 f"{SMALLEST:g} to {LARGEST:g} in SI units"
             )
     if raw.split and "rest_length" in numbers:

@@ -21,6 +21,7 @@ from netdae.model.net import CableNet
 Law = Literal["st_venant_kirchhoff", "engineering"]
 _SMALLEST = sys.float_info.min  # numbers below lose digits
 LAWS: tuple[Law, ...] = ("st_venant_kirchhoff", "engineering")
+_ZERO_OR_MORE = ("toe_strain", "prestress")
 
 
 @dataclass(frozen=True)
@@ -33,6 +34,7 @@ class Material:
     toe_strain : ε, the strain up to which the stress rises quadratically, see `forces.cables`
     law : "st_venant_kirchhoff", Eq. (4), or "engineering", N = EĀ (L/L̄ − 1)
     strength : breaking force, N; None where it is not known
+    prestress : T₀, N, the tension of each cable in the reference configuration, see `system.prestressed`
 
     Raises InputError for values that are missing, given twice, not numbers or out of range.
     """
@@ -45,17 +47,18 @@ class Material:
     toe_strain: float = 0.0
     law: Law = "st_venant_kirchhoff"
     strength: float | None = None
+    prestress: float = 0.0
 
     def __post_init__(self) -> None:
         for each in fields(self):
             value = getattr(self, each.name)
             if each.name == "law" or (value is None and each.default is None):
                 continue
-            bound = "zero or more" if each.name == "toe_strain" else "above zero"
+            bound = "zero or more" if each.name in _ZERO_OR_MORE else "above zero"
             if not isinstance(value, Real):
                 raise InputError(f"material: {each.name} is {value!r}: give a finite number {bound}")
             number = float(value)
-            high_enough = number >= 0 if each.name == "toe_strain" else number > 0
+            high_enough = number >= 0 if each.name in _ZERO_OR_MORE else number > 0
             if not (math.isfinite(number) and high_enough):
                 raise InputError(f"material: {each.name} is {number:g}: give a finite number {bound}")
         if self.law not in LAWS:
@@ -98,6 +101,7 @@ class Cords:
     toe_strain : ε
     engineering : True where the law is the linear spring
     strength : N, infinite where it is not known
+    prestress : T₀, N
 
     A linear_density of the material holds whatever the net's own diameter or area; only the net's density overrides it.
     """
@@ -108,6 +112,7 @@ class Cords:
     toe_strain: FloatArray
     engineering: BoolArray
     strength: FloatArray
+    prestress: FloatArray
 
     @classmethod
     def of(cls, net: CableNet, materials: Material | Mapping[str, Material]) -> Cords:
@@ -118,7 +123,7 @@ class Cords:
         """
         by_group = {"all": materials} if isinstance(materials, Material) else dict(materials)
         m = net.cable_count
-        modulus, density, per_length, area, toe = (np.full(m, np.nan) for _ in range(5))
+        modulus, density, per_length, area, toe, prestress = (np.full(m, np.nan) for _ in range(6))
         strength = np.full(m, np.inf)
         engineering = np.zeros(m, dtype=np.bool_)
         for group, material in by_group.items():
@@ -128,6 +133,7 @@ class Cords:
             per_length[cables] = np.nan if material.linear_density is None else material.linear_density
             area[cables] = material.cross_section
             toe[cables] = material.toe_strain
+            prestress[cables] = material.prestress
             engineering[cables] = material.law == "engineering"
             strength[cables] = np.inf if material.strength is None else material.strength
         bare = np.flatnonzero(np.isnan(toe))
@@ -154,6 +160,7 @@ class Cords:
             frozen_floats(toe),
             engineering,
             frozen_floats(strength),
+            frozen_floats(_overridden(prestress, data.get("prestress"))),
         )
 
 

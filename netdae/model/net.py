@@ -17,8 +17,11 @@ from netdae.core.arrays import FloatArray, IntArray, frozen_floats, frozen_ints
 from netdae.core.errors import InputError
 from netdae.model import patterns
 
-CABLE_DATA = ("diameter", "area", "youngs_modulus", "density")
+CABLE_DATA = ("diameter", "area", "youngs_modulus", "density", "prestress")
 """Names of per-cable data that override the material, in SI units."""
+
+ZERO_OR_MORE = ("prestress",)
+"""Those of them that may be zero."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,11 +206,12 @@ def _cable_data_of(data: Mapping[str, Any], count: int) -> Mapping[str, FloatArr
             raise InputError(
                 f"cable data {name!r} holds {array.shape} values for {count} cables: give one per cable"
             )
-        wrong = np.flatnonzero(~(np.isnan(array) | (np.isfinite(array) & (array > 0))))
+        high_enough, bound = (
+            (array >= 0, "zero or more") if name in ZERO_OR_MORE else (array > 0, "above zero")
+        )
+        wrong = np.flatnonzero(~(np.isnan(array) | (np.isfinite(array) & high_enough)))
         if len(wrong):
-            raise InputError(
-                f"cable {wrong[0]} has {name} {array[wrong[0]]:g}: give a finite number above zero"
-            )
+            raise InputError(f"cable {wrong[0]} has {name} {array[wrong[0]]:g}: give a finite number {bound}")
         result[name] = array
     return MappingProxyType(result)
 

@@ -12,6 +12,7 @@ from netdae.core.errors import InputError, ScenarioError
 from netdae.forces.loads import Load
 from netdae.initial.disturbed import disturbed
 from netdae.initial.ejection import Launch
+from netdae.model.material import Cords
 from netdae.model.net import CableNet
 from netdae.model.state import State
 from netdae.scenario.closing import closing_options, closings_of, overpowered
@@ -20,7 +21,7 @@ from netdae.scenario.events import detector_of, event_with, needs_met
 from netdae.scenario.initial import start_of
 from netdae.scenario.loads import loads_of
 from netdae.scenario.masses import masses_of
-from netdae.scenario.material import materials_of, thickest_of
+from netdae.scenario.material import materials_of, prestressed_of, thickest_of
 from netdae.scenario.metrics import metrics_of
 from netdae.scenario.nets import net_of
 from netdae.scenario.orbit import orbit_load_of
@@ -69,7 +70,11 @@ class Build:
         net, of_mesh = net_of(data.net, self._folder, section)
         masses = masses_of(data.masses, net, section, alone=self._alone)
         own = materials_of(data.material, net, section)
-        start = start_of(data.initial, net, masses, section, cord=thickest_of(net, own))
+        net = prestressed_of(net, own, section)
+        cords = Cords.of(net, own)
+        start = start_of(
+            data.initial, net, masses, section, cord=thickest_of(cords), tight=cords.prestress > 0
+        )
         tied = self._tied(start.net, State.at(start.state.x, start.state.v, t=begin))
         closings = self._closings(tied.net)
         with section("closing"):

@@ -10,6 +10,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field, Strict
 from pydantic_core import PydanticCustomError
 
+from netdae.core.arrays import BoolArray
 from netdae.core.errors import InputError
 from netdae.initial import canister as stowed
 from netdae.initial import ejection
@@ -167,11 +168,13 @@ def start_of(
     section: InSection,
     *,
     cord: float = 0.0,
+    tight: BoolArray | None = None,
 ) -> Start:
     """Start of a net.
 
     masses : kg that each node of a group carries beside its cables
     cord : m, the thickness that layers of a pack have room for where the scenario reports none
+    tight : (m,), True at cables with a prestress, which may be taut
     section : called with a section's name, and number, it reports errors by them
 
     Raises InputError, through `section`, for what cannot be folded or shot.
@@ -179,7 +182,7 @@ def start_of(
     with section("initial"):
         _check_keys(initial)
         turned, packed = _packed(initial, net, cord)
-        findings = _findings(initial, turned, packed)
+        findings = _findings(initial, turned, packed, tight)
     added = np.zeros(turned.node_count)
     for group, mass in masses.items():
         added[turned.nodes_of(group)] += mass
@@ -249,10 +252,10 @@ def _packed(initial: Initial, net: CableNet, cord: float) -> tuple[CableNet, Sta
     )
 
 
-def _findings(initial: Initial, net: CableNet, start: State) -> tuple[str, ...]:
+def _findings(initial: Initial, net: CableNet, start: State, tight: BoolArray | None) -> tuple[str, ...]:
     """What is worth a warning: a scaled net may be stretched on purpose, a folded one may cross itself."""
     if initial.shape == "scaled":
-        found = [stowed.taut_finding(net, start.x), stowed.together_finding(net, start.x)]
+        found = [stowed.taut_finding(net, start.x, tight=tight), stowed.together_finding(net, start.x)]
         if min(initial.scale) < 0:
             found.append(opening_finding(net, start))
     else:

@@ -19,10 +19,12 @@ from netdae.scenario.section import (
     Density,
     LinearDensity,
     Modulus,
+    Prestress,
     Section,
     Text,
     Thickness,
 )
+from netdae.system.prestressed import prestressed
 
 
 class CordMaterial(Section):
@@ -47,9 +49,12 @@ CORD_KEYS = {*CordMaterial.model_fields}
 
 
 class CordCables(Section):
-    """Which cables a cord is."""
+    """Which cables a cord is, and how it is laid into them."""
 
     cables: Text = Field("all", description="Cable group.")
+    prestress: Prestress = Field(
+        0.0, description="Tension in the mesh, N, from which the rest length follows; 0 for none."
+    )
 
 
 class Cord(CordMaterial, CordCables):
@@ -58,7 +63,7 @@ class Cord(CordMaterial, CordCables):
 
 def material_of(cord: CordMaterial) -> Material:
     """The material of a cord; raises InputError for keys that are missing or given twice."""
-    return Material(**cord.model_dump(include=CORD_KEYS))
+    return Material(**cord.model_dump(include={*CORD_KEYS, "prestress"}))
 
 
 def materials_of(entries: Sequence[Cord], net: CableNet, section: InSection) -> dict[str, Material]:
@@ -85,7 +90,12 @@ def materials_of(entries: Sequence[Cord], net: CableNet, section: InSection) -> 
     return materials
 
 
-def thickest_of(net: CableNet, materials: Mapping[str, Material]) -> float:
+def thickest_of(cords: Cords) -> float:
     """Diameter of the thickest cord, m, taken as round."""
-    area = Cords.of(net, materials).area
-    return float(np.sqrt(4 * area.max() / np.pi))
+    return float(np.sqrt(4 * cords.area.max() / np.pi))
+
+
+def prestressed_of(net: CableNet, materials: Mapping[str, Material], section: InSection) -> CableNet:
+    """The net with the rest lengths of prestressed cables; raises InputError, through `section`, where none fits."""
+    with section("material"):
+        return prestressed(net, Cords.of(net, materials))

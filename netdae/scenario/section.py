@@ -16,6 +16,7 @@ Modulus = Annotated[float, Field(ge=1e-3, le=1e15)]  # Pa; diamond has 1e12
 Density = Annotated[float, Field(ge=1e-9, le=1e6)]  # kg/m³; osmium has 2e4
 LinearDensity = Annotated[float, Field(ge=1e-15, le=1e6)]  # kg/m
 BreakingForce = Annotated[float, Field(ge=1e-9, le=1e15)]  # N
+Prestress = Annotated[float, Field(ge=0, le=1e15)]  # N
 AirDensity = Annotated[float, Field(ge=1e-25, le=1e3)]  # kg/m³; 3e-15 at 1000 km, 1.2 at sea level
 NodeMass = Annotated[float, Field(ge=0, le=1e9)]  # kg
 Speed = Annotated[float, Field(ge=0, le=1e6)]  # m/s; light has 3e8, debris 1e4

@@ -28,6 +28,7 @@ from netdae.system.assembly import BlockPattern
 from netdae.system.damping import Damping, Rayleigh, check_damping
 from netdae.system.masses import check_free_nodes, lumped_masses
 from netdae.system.net_forces import NetForces, Powers, stores_energy, wrench_of
+from netdae.system.prestressed import prestressed
 from netdae.system.reels import (
     Reel,
     check_reels,
@@ -43,7 +44,7 @@ class System:
     """A net of cords with masses, damping, loads and restraints.
 
     net : topology and reference x̄
-    cord : a Material, or cable group to Material, where later ones override
+    cord : a Material, or cable group to Material, where later ones override; a prestress determines rest lengths
     masses : node group to the mass in kg that each of its nodes carries besides its cables
     damping : Dashpot, Rayleigh or NoDamping; there is no default
     loads, restraints : what acts on the net from outside
@@ -65,8 +66,8 @@ class System:
         reels: Iterable[Reel] = (),
         forces: Iterable[Force] = (),
     ) -> None:
-        self.net = net
         self.cords = Cords.of(net, cord)
+        self.net = net = prestressed(net, self.cords)
         self.reels = tuple(reels)
         check_reels(self.reels, net)
         self.restraints = (*restraints, *restraints_of(self.reels))
