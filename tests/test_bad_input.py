@@ -129,7 +129,7 @@ MISTAKES = {
     "density that leaves no mass": (
         "density = 1390",
         "density = 1e-308",
-        ["[[material]] 1 density is 1e-308, expected 1e-09 or more"],
+        ["[[material]] 1 density is 1e-308, expected 0, or 1e-09 or more"],
     ),
     "diameter in no unit": (
         "diameter = 1e-3",

@@ -21,7 +21,7 @@ from netdae.model.net import CableNet
 Law = Literal["st_venant_kirchhoff", "engineering"]
 _SMALLEST = sys.float_info.min  # numbers below lose digits
 LAWS: tuple[Law, ...] = ("st_venant_kirchhoff", "engineering")
-_ZERO_OR_MORE = ("toe_strain", "prestress")
+_ZERO_OR_MORE = ("toe_strain", "prestress", "density", "linear_density")
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Material:
     """A cord: stiffness, mass and strength per cross-section.
 
     youngs_modulus : E, Pa
-    density : ρ̄, kg/m³; or linear_density : ρ̄Ā, kg/m
+    density : ρ̄, kg/m³; or linear_density : ρ̄Ā, kg/m; zero for a massless cord between nodes that have masses
     diameter : m; or area : Ā, m²
     toe_strain : ε, the strain up to which the stress rises quadratically, see `forces.cables`
     law : "st_venant_kirchhoff", Eq. (4), or "engineering", N = EĀ (L/L̄ − 1)
@@ -72,7 +72,8 @@ class Material:
             ("linear density", per_length, "kg/m"),
             ("axial stiffness", self.youngs_modulus * area, "N"),
         ):
-            if not _SMALLEST <= value < math.inf:
+            massless = name == "linear density" and 0 in (self.density, self.linear_density)
+            if not (massless or _SMALLEST <= value < math.inf):
                 raise InputError(
                     f"material: the {name} comes out as {value:g} {unit}: look at the units of diameter or area, "
                     "density and youngs_modulus"
@@ -150,8 +151,9 @@ class Cords:
             area = _overridden(area, data.get("area"))
             per_length = np.where(np.isnan(density), per_length, density * area)
             axial_stiffness = modulus * area
+        massless = np.where(np.isnan(density), per_length, density) == 0
         _check_range("axial stiffness", axial_stiffness, "N")
-        _check_range("linear density", per_length, "kg/m")
+        _check_range("linear density", np.where(massless, 1.0, per_length), "kg/m")
         engineering.flags.writeable = False
         return cls(
             frozen_floats(axial_stiffness),

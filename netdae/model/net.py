@@ -20,7 +20,7 @@ from netdae.model import patterns
 CABLE_DATA = ("diameter", "area", "youngs_modulus", "density", "prestress")
 """Names of per-cable data that override the material, in SI units."""
 
-ZERO_OR_MORE = ("prestress",)
+ZERO_OR_MORE = ("density", "prestress")
 """Those of them that may be zero."""
 
 

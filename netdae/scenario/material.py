@@ -31,7 +31,9 @@ class CordMaterial(Section):
     """What a cord is made of; named first among the bases of a section, its keys come behind those of the others."""
 
     youngs_modulus: Modulus = Field(description="Young's modulus, Pa.")
-    density: Density | None = Field(None, description="Density, kg/m³; or give linear_density.")
+    density: Density | None = Field(
+        None, description="Density, kg/m³, 0 for a massless cord; or give linear_density."
+    )
     linear_density: LinearDensity | None = Field(None, description="Mass per length, kg/m.")
     diameter: Thickness | None = Field(None, description="Diameter, m; or give area.")
     area: Area | None = Field(None, description="Cross-section, m².")

@@ -87,6 +87,7 @@ def unusual_of(system: System, start: State, launch: Launch | None = None) -> tu
 def _cables(system: System) -> Iterator[str]:
     net, cords = system.net, system.cords
     modulus, density = cords.axial_stiffness / cords.area, cords.linear_density / cords.area
+    density = np.where(density > 0, density, np.nan)  # a massless cord has no speed of waves
     diameter, c = np.sqrt(4 * cords.area / np.pi), np.sqrt(modulus / density)
     given = [
         line
@@ -167,7 +168,10 @@ def _shots(system: System, start: State, launch: Launch, *, usual_net: bool) -> 
     if not usual_net:
         return
     cables = own_cables_of(net)
-    c = float(np.sqrt(cords.axial_stiffness / cords.linear_density)[cables].min())
+    cables = cables[cords.linear_density[cables] > 0]
+    if not len(cables):  # nothing to compare with
+        return
+    c = float(np.sqrt(cords.axial_stiffness[cables] / cords.linear_density[cables]).min())
     if fastest <= FASTEST_SHOT and fastest > LARGEST_STRAIN * c:
         yield (
             f"the fastest bullet flies at {fastest:.4g} m/s, {fastest / c:.2g} of the wave speed {c:.4g} m/s of the "

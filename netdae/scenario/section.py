@@ -2,10 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Discriminator, Field, Strict, Tag, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, Strict, Tag, model_validator
 from pydantic_core import PydanticCustomError
+
+
+def _none_or_above(least: float) -> Callable[[float], float]:
+    """Check of a number that is zero, or `least` or more."""
+
+    def checked(value: float) -> float:
+        if 0 < value < least:
+            raise PydanticCustomError("too_little", "0, or {least} or more", {"least": f"{least:g}"})
+        return value
+
+    return checked
+
 
 # Ranges hold whatever a net can be, and far more; outside of them it is a slip of the finger or of the unit, and
 # squares and cubes of the numbers leave what double precision holds.
@@ -13,8 +26,8 @@ Length = Annotated[float, Field(ge=1e-6, le=1e6)]  # m
 Thickness = Annotated[float, Field(ge=1e-9, le=1e3)]  # m
 Area = Annotated[float, Field(ge=1e-18, le=1e6)]  # m²
 Modulus = Annotated[float, Field(ge=1e-3, le=1e15)]  # Pa; diamond has 1e12
-Density = Annotated[float, Field(ge=1e-9, le=1e6)]  # kg/m³; osmium has 2e4
-LinearDensity = Annotated[float, Field(ge=1e-15, le=1e6)]  # kg/m
+Density = Annotated[float, Field(ge=0, le=1e6), AfterValidator(_none_or_above(1e-9))]  # kg/m³; osmium has 2e4
+LinearDensity = Annotated[float, Field(ge=0, le=1e6), AfterValidator(_none_or_above(1e-15))]  # kg/m
 BreakingForce = Annotated[float, Field(ge=1e-9, le=1e15)]  # N
 Prestress = Annotated[float, Field(ge=0, le=1e15)]  # N
 AirDensity = Annotated[float, Field(ge=1e-25, le=1e3)]  # kg/m³; 3e-15 at 1000 km, 1.2 at sea level

@@ -71,6 +71,11 @@ class Dashpot:
         if self.viscosity_time is not None:
             return np.full(net.cable_count, self.viscosity_time)
         assert self.zeta is not None
+        if self.zeta > 0 and (cords.linear_density == 0).any():
+            raise InputError(
+                f"dashpot: cable {int(np.argmin(cords.linear_density))} has no mass, so no share of critical damping "
+                "is known: give a viscosity_time in place of zeta"
+            )
         return self.zeta * net.rest_length * np.sqrt(cords.linear_density / cords.axial_stiffness)
 
     def forces(self, net: CableNet, cords: Cords, mass: FloatArray) -> list[Force]:

@@ -269,4 +269,4 @@ def _of_the_ground(system: System, t: float, s: Scales, included: frozenset[str]
 
 def _shift_of_cords(newtons: float, s: Scales) -> float:
     """½ (F/m_c) t², m."""
-    return 0.5 * newtons / s.cord_mass * s.flight_time**2
+    return 0.5 * newtons / (s.cord_mass or s.mass) * s.flight_time**2

@@ -41,7 +41,11 @@ def check_free_nodes(mass: FloatArray, net: CableNet, restraints: Sequence[Restr
     always = mask_of(tuple(r for r in restraints if r.permanent), net)
     bare = np.flatnonzero((mass <= 0) & ~always.all(axis=1))
     if len(bare):
+        if (net.cables == bare[0]).any():
+            why, join = "its cables have none and no bullet sits on it", "give its cables a density"
+        else:
+            why, join = "no cable ends there and no bullet sits on it", "join it to the net"
         raise InputError(
-            f"node {bare[0]} is free but has no mass: no cable ends there and no bullet sits on it; "
-            "give its group a mass, join it to the net, or restrain all its axes"
+            f"node {bare[0]} is free but has no mass: {why}; "
+            f"give its group a mass, {join}, or restrain all its axes"
         )

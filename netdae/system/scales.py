@@ -123,7 +123,9 @@ def scales_of(system: System, start: State, flight_time: float) -> Scales:
     nodes, cables = is_own_node(net), own_cables_of(net)
     mass = system.mass[nodes]
     lengths, size = net.rest_length[cables], _span(net.nodes[nodes])
-    impedances = np.sqrt(cords.axial_stiffness * cords.linear_density)[cables]
+    # where cords are massless the nodes' masses go along with waves
+    along = np.where(cords.linear_density > 0, cords.linear_density, float(mass.sum() / lengths.sum()))
+    impedances = np.sqrt(cords.axial_stiffness * along)[cables]
     stiffest = int(np.argmax(impedances))
     holds = [r for r in system.restraints if nodes[r.nodes_of(net)].any()]
     g = _gravity_during(system, start.t, start.t + flight_time)
@@ -145,7 +147,7 @@ def scales_of(system: System, start: State, flight_time: float) -> Scales:
         size=size,
         area=float(np.sqrt(4 * cords.area[cables] / np.pi) @ lengths),
         impedance=float(impedances[stiffest]),
-        wave_speed=float(np.sqrt(cords.axial_stiffness / cords.linear_density)[cables][stiffest]),
+        wave_speed=float(np.sqrt(cords.axial_stiffness / along)[cables][stiffest]),
         speed=speed,
         jerk=max(jerk, sagging * min(1.0, 2 * sag / size)) or speed,
         flight_time=flight_time,
