@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from netdae.initial.canister import Canister
     from netdae.initial.ejection import Ejection, Launch, Spread, fired
     from netdae.initial.scaled import ejected, scaled
+    from netdae.initial.spin import spun
     from netdae.initial.star import star
     from netdae.mesh.io import read_net, write_net
     from netdae.mesh.surface import read_surface
@@ -118,6 +119,7 @@ _HOMES = {
     "netdae.scenario.reader": ("read_scenario",),
     "netdae.model.signals": ("Function", "Pulse", "Table"),
     "netdae.solvers.flight": ("simulate",),
+    "netdae.initial.spin": ("spun",),
     "netdae.initial.star": ("star",),
     "netdae.model.state": ("State", "Trajectory"),
     "netdae.solvers.statics": ("Equilibrium", "equilibrium"),

@@ -21,7 +21,7 @@ from netdae.scenario.events import detector_of, event_with, needs_met
 from netdae.scenario.initial import start_of
 from netdae.scenario.loads import loads_of
 from netdae.scenario.masses import masses_of
-from netdae.scenario.material import materials_of, prestressed_of, thickest_of
+from netdae.scenario.material import materials_of, prestressed_of
 from netdae.scenario.metrics import metrics_of
 from netdae.scenario.nets import net_of
 from netdae.scenario.orbit import orbit_load_of
@@ -71,10 +71,7 @@ class Build:
         masses = masses_of(data.masses, net, section, alone=self._alone)
         own = materials_of(data.material, net, section)
         net = prestressed_of(net, own, section)
-        cords = Cords.of(net, own)
-        start = start_of(
-            data.initial, net, masses, section, cord=thickest_of(cords), tight=cords.prestress > 0
-        )
+        start = start_of(data.initial, net, masses, section, cords=Cords.of(net, own))
         tied = self._tied(start.net, State.at(start.state.x, start.state.v, t=begin))
         closings = self._closings(tied.net)
         with section("closing"):

@@ -17,12 +17,16 @@ from netdae.initial import ejection
 from netdae.initial.accordion import MOST_FOLDS, accordion
 from netdae.initial.opening import opening_finding
 from netdae.initial.scaled import scaled
+from netdae.initial.spin import spun
 from netdae.initial.star import MOST_PLEATS, star
+from netdae.model.material import Cords
 from netdae.model.net import CableNet
 from netdae.model.state import State
 from netdae.scenario.groups import check_group
+from netdae.scenario.material import thickest_of
 from netdae.scenario.problems import InSection
 from netdae.scenario.section import Component, FactorVector, Length, Section, Speed, Text, Thickness, Vector
+from netdae.system.masses import lumped_masses
 
 
 def _check_two(value: Any) -> Any:
@@ -134,6 +138,9 @@ class Initial(Section):
         0.0, description="Standard deviation by which each free coordinate is displaced, m."
     )
     disturbance_seed: Annotated[int, Field(ge=0)] = Field(0, description="Seed of the disturbance.")
+    spin_deg_s: Vector = Field(
+        (0.0, 0.0, 0.0), description="Spin about an axis through the centre of mass, degrees/s."
+    )
     ejection: list[EjectionEntry] = Field([], description="Groups that are shot.")
 
 
@@ -167,25 +174,27 @@ def start_of(
     masses: Mapping[str, float],
     section: InSection,
     *,
-    cord: float = 0.0,
-    tight: BoolArray | None = None,
+    cords: Cords | None = None,
 ) -> Start:
     """Start of a net.
 
     masses : kg that each node of a group carries beside its cables
-    cord : m, the thickness that layers of a pack have room for where the scenario reports none
-    tight : (m,), True at cables with a prestress, which may be taut
+    cords : of the net; layers of a pack have room for the thickest where the scenario reports no diameter, and those
+        with a prestress may be taut
     section : called with a section's name, and number, it reports errors by them
 
     Raises InputError, through `section`, for what cannot be folded or shot.
     """
     with section("initial"):
         _check_keys(initial)
-        turned, packed = _packed(initial, net, cord)
-        findings = _findings(initial, turned, packed, tight)
-    added = np.zeros(turned.node_count)
-    for group, mass in masses.items():
-        added[turned.nodes_of(group)] += mass
+        turned, packed = _packed(initial, net, 0.0 if cords is None else thickest_of(cords))
+        findings = _findings(initial, turned, packed, None if cords is None else cords.prestress > 0)
+        added = np.zeros(turned.node_count)
+        for group, mass in masses.items():
+            added[turned.nodes_of(group)] += mass
+        if any(initial.spin_deg_s):
+            whole = added if cords is None else lumped_masses(turned, cords, masses)
+            packed = spun(packed, whole, initial.spin_deg_s)
     shots: list[ejection.Ejection] = []
     state, launch = packed, ejection.Launch.none()
     for number, shot in enumerate(initial.ejection):
@@ -194,6 +203,13 @@ def start_of(
             shots.append(_shot_of(shot, "start" if initial.shape == "scaled" else "net"))
             ejection.check_bullets(turned, shots[-1], added)
             state, launch = ejection.fired(turned, packed, shots)
+    if any(initial.spin_deg_s) and len(launch.held.nodes):
+        with section("initial"):
+            raise InputError(
+                f"spin_deg_s is {[*initial.spin_deg_s]}, but the canister holds the bullet at node "
+                f"{launch.held.nodes[0]} for {launch.held.times[0]:g} s and does not turn: "
+                "leave out the times of release, or the spin"
+            )
     return Start(turned, state, launch, findings)
 
 

@@ -197,5 +197,5 @@ def section_in_words(name: str, number: int | None = None) -> str:
 def bare(error: InputError) -> str:
     """The message without the kind of thing in front, where section or file say it already."""
     return re.sub(
-        r"^(material|dashpot|rayleigh|table|motion|pulse|tether|reel|closing|rings): ", "", str(error)
+        r"^(material|dashpot|rayleigh|table|motion|pulse|spin|tether|reel|closing|rings): ", "", str(error)
     )
