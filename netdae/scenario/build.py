@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from itertools import repeat
 from pathlib import Path
+from typing import NamedTuple
 
 from netdae.core.arrays import FloatArray
 from netdae.core.errors import InputError, ScenarioError
 from netdae.forces.loads import Load
 from netdae.initial.disturbed import disturbed
 from netdae.initial.ejection import Launch
-from netdae.model.material import Cords
+from netdae.model.material import Cords, Material
 from netdae.model.net import CableNet
 from netdae.model.state import State
 from netdae.scenario.closing import closing_options, closings_of, overpowered
 from netdae.scenario.damping import damping_of
+from netdae.scenario.equilibrium import at_rest
 from netdae.scenario.events import detector_of, event_with, needs_met
 from netdae.scenario.initial import start_of
 from netdae.scenario.loads import loads_of
@@ -42,9 +44,21 @@ from netdae.scenario.simulation import Simulation
 from netdae.scenario.solver import options_of
 from netdae.scenario.tether import net_with_tether
 from netdae.system.closing import Closing, accuracy_reported, sharp_enough
-from netdae.system.closing_assembly import with_closings
+from netdae.system.closing_assembly import Closed, with_closings
+from netdae.system.damping import Damping
 from netdae.system.system import System
 from netdae.system.tether_assembly import Tethered
+
+
+class _Parts(NamedTuple):
+    """What a System is made of, but for its restraints, which depend on when bullets are let go."""
+
+    tied: Tethered
+    whole: Closed
+    materials: dict[str, Material]
+    masses: dict[str, float]
+    loads: list[Load]
+    damping: Damping
 
 
 class Build:
@@ -71,40 +85,33 @@ class Build:
         masses = masses_of(data.masses, net, section, alone=self._alone)
         own = materials_of(data.material, net, section)
         net = prestressed_of(net, own, section)
-        start = start_of(data.initial, net, masses, section, cords=Cords.of(net, own))
+        cords = Cords.of(net, own)
+        start = start_of(data.initial, net, masses, section, cords=cords)
         tied = self._tied(start.net, State.at(start.state.x, start.state.v, t=begin))
         closings = self._closings(tied.net)
         with section("closing"):
             whole = with_closings(tied.net, tied.start, closings)
-        given = [
-            *self._restraints(tied.net, start.launch),
-            *given_in("tether", tied.restraints),
-            *map(Given, whole.restraints, repeat("closing"), whole.numbers),
-        ]
-        restraints = [each.restraint for each in given]
-        loads = self._loads(tied.net, tied.start.x)
-        materials = {
-            **materials_of(data.material, start.net, section),
-            **tied.materials,
-            **whole.materials,
-        }
-        v = joined_velocities(whole.start.v, whole.net, restraints, begin)
-        state = State.at(whole.start.x, v, t=begin)
+        parts = _Parts(
+            tied,
+            whole,
+            {**materials_of(data.material, start.net, section), **tied.materials, **whole.materials},
+            {**masses, **tied.masses},
+            self._loads(tied.net, tied.start.x),
+            self._damping(),
+        )
+        x, v, found = whole.start.x, whole.start.v.copy(), start.findings
+        if data.initial.shape == "equilibrium":
+            with section("initial", key="shape"):
+                rest = at_rest(self._system(parts, self._given(parts, start.launch)), x, begin)
+            x, own_count = rest.x, start.net.node_count
+            start = start_of(data.initial, net, masses, section, cords=cords, rest=x[:own_count])
+            v[:own_count], found = start.state.v, rest.findings
+        given = self._given(parts, start.launch)
+        v = joined_velocities(v, whole.net, [each.restraint for each in given], begin)
+        state = State.at(x, v, t=begin)
         late = late_findings(given, begin, end, section)
         check_restraints(given, whole.net, state, section)
-        with section("damping"):
-            damping = damping_of(data.damping)
-        with section():
-            system = System(
-                whole.net,
-                materials,
-                damping=damping,
-                masses={**masses, **tied.masses},
-                loads=loads,
-                restraints=restraints,
-                reels=(*tied.reels, *whole.reels),
-                forces=whole.forces,
-            )
+        system = self._system(parts, given)
         if data.initial.disturbance > 0:
             kept = system.restrained | ~system.in_space[:, None]
             state = disturbed(state, data.initial.disturbance, data.initial.disturbance_seed, kept)
@@ -113,7 +120,7 @@ class Build:
         with section("solver"):
             options = options_of(self._solver)
         options = closing_options(options, self._solver, closings)
-        findings: list[str] = [*of_mesh, *start.findings, *late]
+        findings: list[str] = [*of_mesh, *found, *late]
         notes = [*overpowered(closings)]
         accuracy = accuracy_reported(options.tolerances, closings) if options.in_force else None
         if accuracy is not None:
@@ -169,6 +176,32 @@ class Build:
         return loads + loads_of(
             data.loads, data.orbit, net, x, self._folder, self._solver, self._section, alone=self._alone
         )
+
+    def _damping(self) -> Damping:
+        with self._section("damping"):
+            return damping_of(self._data.damping)
+
+    def _given(self, parts: _Parts, launch: Launch) -> list[Given]:
+        """All restraints, those that hold the bullets of a launch among them."""
+        whole = parts.whole
+        return [
+            *self._restraints(parts.tied.net, launch),
+            *given_in("tether", parts.tied.restraints),
+            *map(Given, whole.restraints, repeat("closing"), whole.numbers),
+        ]
+
+    def _system(self, parts: _Parts, given: Sequence[Given]) -> System:
+        with self._section():
+            return System(
+                parts.whole.net,
+                parts.materials,
+                damping=parts.damping,
+                masses=parts.masses,
+                loads=parts.loads,
+                restraints=[each.restraint for each in given],
+                reels=(*parts.tied.reels, *parts.whole.reels),
+                forces=parts.whole.forces,
+            )
 
     def _restraints(self, net: CableNet, launch: Launch) -> list[Given]:
         """Those of [[restraints]], and those that hold the bullets."""

@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field, Strict
 from pydantic_core import PydanticCustomError
 
-from netdae.core.arrays import BoolArray
+from netdae.core.arrays import BoolArray, FloatArray
 from netdae.core.errors import InputError
 from netdae.initial import canister as stowed
 from netdae.initial import ejection
@@ -101,11 +101,11 @@ class EjectionEntry(Section):
 class Initial(Section):
     """How the net starts: drawn together or folded, and turned."""
 
-    shape: Literal["scaled", "accordion", "star"] = Field(
-        "scaled", description="How the stowed shape is made of the mesh."
+    shape: Literal["scaled", "accordion", "star", "equilibrium"] = Field(
+        "scaled", description="How the shape at the start is made of the mesh."
     )
     scale: FactorVector = Field(
-        (1.0, 1.0, 1.0), description="Of scaled: factors along x, y and z of the mesh."
+        (1.0, 1.0, 1.0), description="Of scaled and equilibrium: factors along x, y and z of the mesh."
     )
     canister: CanisterEntry | None = Field(
         None, description="Of accordion and star: the room that the net is folded into."
@@ -146,10 +146,14 @@ class Initial(Section):
 
 _KEYS = {
     "scaled": ("scale",),
+    "equilibrium": ("scale",),
     "accordion": ("canister", "folds", "pitch", "gap", "cord_diameter", "slack", "coincide"),
     "star": ("canister", "pleats", "corners", "cord_diameter", "slack"),
 }
 """Keys that one shape has and another has not."""
+
+SPREAD = ("scaled", "equilibrium")
+"""Shapes that are not folded."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,12 +179,15 @@ def start_of(
     section: InSection,
     *,
     cords: Cords | None = None,
+    rest: FloatArray | None = None,
 ) -> Start:
     """Start of a net.
 
     masses : kg that each node of a group carries beside its cables
     cords : of the net; layers of a pack have room for the thickest where the scenario reports no diameter, and those
         with a prestress may be taut
+    rest : (n, 3), m, places in which the net begins; those of the shape by default, from which shape = "equilibrium"
+        is sought
     section : called with a section's name, and number, it reports errors by them
 
     Raises InputError, through `section`, for what cannot be folded or shot.
@@ -189,6 +196,8 @@ def start_of(
         _check_keys(initial)
         turned, packed = _packed(initial, net, 0.0 if cords is None else thickest_of(cords))
         findings = _findings(initial, turned, packed, None if cords is None else cords.prestress > 0)
+        if rest is not None:
+            packed = State.at(rest, packed.v, t=packed.t)
         added = np.zeros(turned.node_count)
         for group, mass in masses.items():
             added[turned.nodes_of(group)] += mass
@@ -200,7 +209,7 @@ def start_of(
     for number, shot in enumerate(initial.ejection):
         with section("initial.ejection", number):
             check_group(turned.node_groups, shot.group, "node")
-            shots.append(_shot_of(shot, "start" if initial.shape == "scaled" else "net"))
+            shots.append(_shot_of(shot, "start" if initial.shape in SPREAD else "net"))
             ejection.check_bullets(turned, shots[-1], added)
             state, launch = ejection.fired(turned, packed, shots)
     if any(initial.spin_deg_s) and len(launch.held.nodes):
@@ -225,7 +234,7 @@ def _check_keys(initial: Initial) -> None:
 
 def _packed(initial: Initial, net: CableNet, cord: float) -> tuple[CableNet, State]:
     turn, velocity = initial.rotation_deg, initial.velocity
-    if initial.shape == "scaled":
+    if initial.shape in SPREAD:
         turned, start = scaled(net, initial.scale, rotation_deg=turn, velocity=velocity)
         if np.ptp(start.x, axis=0).max() <= 1e-9 * np.ptp(turned.nodes, axis=0).max():
             raise InputError(
@@ -270,6 +279,8 @@ def _packed(initial: Initial, net: CableNet, cord: float) -> tuple[CableNet, Sta
 
 def _findings(initial: Initial, net: CableNet, start: State, tight: BoolArray | None) -> tuple[str, ...]:
     """What is worth a warning: a scaled net may be stretched on purpose, a folded one may cross itself."""
+    if initial.shape == "equilibrium":
+        return ()
     if initial.shape == "scaled":
         found = [stowed.taut_finding(net, start.x, tight=tight), stowed.together_finding(net, start.x)]
         if min(initial.scale) < 0:
