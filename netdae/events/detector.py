@@ -30,6 +30,7 @@ from netdae.core.errors import InputError
 from netdae.events.crossing import Crossing, Largest, StateAt, Watch
 from netdae.events.event import QUANTITIES, Event, check_names
 from netdae.events.quantities import Scene
+from netdae.events.turning import Turning
 from netdae.model.state import State
 from netdae.system.system import System
 
@@ -57,6 +58,7 @@ class _Line(NamedTuple):
     mouth_area: float  # m², at `time`
     distance: float  # m, at `time`
     paid_out: float = math.nan  # m, at `found`
+    reached: float = math.nan  # the figure at a turning point
 
 
 class EventDetector:
@@ -95,10 +97,7 @@ class EventDetector:
 
     def _fresh(self) -> tuple[Watch, ...]:
         """A watch for each event, none of which has happened."""
-        return tuple(
-            (Largest if event.figure == "largest_mouth_area" else Crossing)(event, self._scene)
-            for event in self._events
-        )
+        return tuple(_kind_of(event)(event, self._scene) for event in self._events)
 
     def first(self, last: State, step: State, state_at: StateAt) -> FoundEvents | None:
         """The events of the earliest instant in the step from `last` to `step`, or None, after which the step is done.
@@ -141,7 +140,10 @@ class EventDetector:
         for number, watch in enumerate(self._watches):
             if watch.event in firing.events:
                 time, area, distance = watch.fire(firing.state)
-                self._lines.append(_Line(number, time, firing.t, area, distance, paid_out))
+                event = watch.event
+                turns = event.at != "value"
+                reached = self._scene.value(event.figure, firing.state) if turns else math.nan
+                self._lines.append(_Line(number, time, firing.t, area, distance, paid_out, reached))
 
     @property
     def events(self) -> tuple[Event, ...]:
@@ -179,6 +181,7 @@ class EventDetector:
         found : s, at which that was known, and the action taken
         mouth_area, distance : m² and m, at `time`; left out where the net has no mouth
         paid_out : m, of the tether at `found`, when it may be locked; left out where it has no reel
+        at, reached : of a turning point, whether it is a maximum or a minimum, and the figure there
         """
         reported = [self._record(line.event, line) for line in self._lines]
         missing = [self._record(k, None) for k, watch in enumerate(self._watches) if not watch.count]
@@ -212,12 +215,18 @@ class EventDetector:
         record: dict[str, Any] = {
             "name": event.name,
             "figure": event.figure,
-            "value": event.level if QUANTITIES[event.figure].takes_value else None,
+            "value": event.level
+            if event.at == "value" and QUANTITIES[event.figure].takes_value
+            else event.value,
             "action": event.action,
             "time": None if line is None else line.time,
             "found": None if line is None else line.found,
         }
+        if event.at != "value":
+            record["at"] = event.at
         if line is not None:
+            if line.reached == line.reached:
+                record["reached"] = line.reached
             if line.mouth_area == line.mouth_area:  # NaN of a net without a mouth
                 record["mouth_area"] = line.mouth_area
             record["distance"] = line.distance
@@ -234,6 +243,12 @@ def _found(watches: Sequence[Watch], last: State, end: State, state_at: StateAt)
 
 def _time(state: State) -> float:
     return state.t
+
+
+def _kind_of(event: Event) -> type[Turning] | type[Largest] | type[Crossing]:
+    if event.at != "value":
+        return Turning
+    return Largest if event.figure == "largest_mouth_area" else Crossing
 
 
 def _live(watch: Watch) -> bool:

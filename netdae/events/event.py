@@ -1,8 +1,9 @@
-"""Events: instants at which a figure of the flight passes a value, and what is then done.
+"""Events: instants at which a figure of the flight passes a value or turns, and what is then done.
 
 An event is data: which of `QUANTITIES`, which value, which of `ACTIONS`. It is found between the integrator's internal
-steps by `events.detector.EventDetector`. To add a figure, add an entry here and its function in
-`events.quantities.MEASURES`; to add an action, add an entry here and its effect in the driver.
+steps by `events.detector.EventDetector`. To add a figure, add an entry here, its function in
+`events.quantities.MEASURES` and that of its rate in `events.rates.RATES`; to add an action, add an entry here and its
+effect in the driver.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ QuantityName = Literal[
     "all_slack",
     "tension_over_strength",
 ]
+Place = Literal["value", "maximum", "minimum"]
 ActionName = Literal["none", "stop", "start_closing", "lock_tether", "next_phase"]
 Need = Literal["mouth", "corners", "tether", "chaser", "strength", "closing"]
 
@@ -127,6 +129,9 @@ QUANTITIES: Mapping[QuantityName, Quantity] = {
 """The figures that an event may watch."""
 
 
+PLACES: tuple[Place, ...] = ("value", "maximum", "minimum")
+
+
 class Action(NamedTuple):
     """What an action does, in words, and what the net has to have for it."""
 
@@ -146,13 +151,16 @@ ACTIONS: Mapping[ActionName, Action] = {
 
 @dataclass(frozen=True)
 class Event:
-    """An instant of the flight at which a figure passes a value.
+    """An instant of the flight at which a figure passes a value, or turns.
 
     figure : one of `QUANTITIES`
-    value : in the figure's unit; None where it has none, or for the default
+    value : in the figure's unit; None where it has none, or for the default. At a turning point, the least rise before
+        a maximum, or fall before a minimum, that counts
     action : one of `ACTIONS`
     repeat : whether it may happen again, after the figure has gone back, see `Quantity`
-    name : by which summary and restraints refer to it; by default figure and value, for instance "mouth_area_4.5"
+    name : by which summary and restraints refer to it; by default figure and value, for instance "mouth_area_4.5", or
+        "mouth_area_maximum"
+    at : "value", or "maximum" or "minimum" for the instants at which the figure turns
 
     Raises InputError for an unknown figure or action, or a value that is missing, out of range or superfluous.
     """
@@ -162,18 +170,25 @@ class Event:
     action: ActionName = "none"
     repeat: bool = False
     name: str = ""
+    at: Place = "value"
 
     def __post_init__(self) -> None:
         if self.figure not in QUANTITIES:
             raise InputError(f"event: figure is {self.figure!r}: {_choice(self.figure, QUANTITIES)}")
         if not self.name:
             tail = "" if self.value is None else f"_{self.value:.9g}"
-            object.__setattr__(self, "name", f"{self.figure}{tail}")
+            turn = "" if self.at == "value" else f"_{self.at}"
+            object.__setattr__(self, "name", f"{self.figure}{turn}{tail}")
         if self.action not in ACTIONS:
             raise InputError(
                 f"event {self.name!r}: action is {self.action!r}: {_choice(self.action, ACTIONS)}"
             )
+        if self.at not in PLACES:
+            raise InputError(f"event {self.name!r}: at is {self.at!r}: {_choice(self.at, PLACES)}")
         facts = QUANTITIES[self.figure]
+        if self.at != "value":
+            self._check_turning()
+            return
         if not facts.takes_value:
             if self.value is not None:
                 raise InputError(
@@ -192,6 +207,18 @@ class Event:
                 expected += f" and below {facts.below:g}"
             raise InputError(
                 f"event {self.name!r}: value is {self.level:g}, expected {expected} for {self.figure}"
+            )
+
+    def _check_turning(self) -> None:
+        if self.figure == "largest_mouth_area":
+            raise InputError(
+                f"event {self.name!r}: at is {self.at!r}, but {self.figure} is a maximum itself: leave at out, or "
+                "watch mouth_area"
+            )
+        if self.value is not None and not (math.isfinite(self.value) and self.value >= 0):
+            way = "rise before a maximum" if self.at == "maximum" else "fall before a minimum"
+            raise InputError(
+                f"event {self.name!r}: value is {self.value:g}, expected zero or more: the least {way} that counts"
             )
 
     @property

@@ -91,10 +91,19 @@ class Scene:
             self._scans[figure] = Scan.of(self.system, figure, self.tether)
         return self._scans[figure]
 
+    def centre_velocity(self, state: State) -> FloatArray:
+        """Velocity of the net's centre of mass, (3,), m/s."""
+        return self._measurements.centre_of(state.v)
+
     def area_and_rate(self, state: State) -> tuple[float, float]:
         """Area of the mouth, m², and its rate, m²/s."""
         assert self.loop is not None
         return _area_and_rate(state.x, state.v, self.loop)
+
+    def corner_area_and_rate(self, state: State) -> tuple[float, float]:
+        """Area of the loop through the corners, m², and its rate, m²/s."""
+        assert self.corners is not None
+        return _area_and_rate(state.x, state.v, self.corners)
 
 
 def _mouth_area(scene: Scene, state: State) -> float:
@@ -102,8 +111,7 @@ def _mouth_area(scene: Scene, state: State) -> float:
 
 
 def _corner_area(scene: Scene, state: State) -> float:
-    assert scene.corners is not None
-    return _area_and_rate(state.x, state.v, scene.corners)[0]
+    return scene.corner_area_and_rate(state)[0]
 
 
 def _distance(scene: Scene, state: State) -> float:

@@ -13,6 +13,7 @@ from netdae.events.event import (
     ActionName,
     Event,
     Need,
+    Place,
     QuantityName,
     check_names,
     check_needs,
@@ -33,12 +34,16 @@ EventValue = Annotated[float, Field(ge=-1e12, le=1e12)]  # m, m², N or a ratio
 
 
 class EventEntry(Section):
-    """An instant at which a figure of the flight passes a value, and what is then done."""
+    """An instant at which a figure of the flight passes a value or turns, and what is then done."""
 
     figure: QuantityName = Field(description="What is watched.")
     value: EventValue | None = Field(
         None,
-        description="Value that it passes, in m, m², N or as a ratio; some figures have a default or none.",
+        description="Value that it passes, in m, m², N or as a ratio; some figures have a default or none. At a "
+        "maximum or minimum, the least rise or fall before it.",
+    )
+    at: Place = Field(
+        "value", description='Whether at the value, or at a "maximum" or "minimum" of the figure.'
     )
     action: ActionName = Field("none", description="What is done at the event.")
     repeat: bool = Field(False, description="Whether it may happen more than once.")
@@ -75,7 +80,14 @@ def event_of(entry: EventEntry, earlier: Sequence[Event] = (), *, has: Collectio
 
 
 def _event(entry: EventEntry) -> Event:
-    return Event(entry.figure, entry.value, action=entry.action, repeat=entry.repeat, name=entry.name or "")
+    return Event(
+        entry.figure,
+        entry.value,
+        action=entry.action,
+        repeat=entry.repeat,
+        name=entry.name or "",
+        at=entry.at,
+    )
 
 
 def needs_met(
