@@ -58,6 +58,7 @@ if TYPE_CHECKING:
     from netdae.solvers.options import SolverOptions
     from netdae.solvers.statics import Equilibrium, equilibrium
     from netdae.system.damping import Dashpot, NoDamping, Rayleigh
+    from netdae.system.pulleys import PulleyCord, with_pulleys
     from netdae.system.reels import Reel
     from netdae.system.system import System
     from netdae.system.tether_assembly import with_tether
@@ -101,6 +102,7 @@ _HOMES = {
     "netdae.output.observers": ("MetricsCsv", "Progress"),
     "netdae.solvers.options": ("SolverOptions",),
     "netdae.visual.plotting.sheets": ("plot",),
+    "netdae.system.pulleys": ("PulleyCord", "with_pulleys"),
     "netdae.system.reels": ("Reel",),
     "netdae.visual.rendering.views": (
         "Rendering",

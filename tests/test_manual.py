@@ -107,6 +107,7 @@ SECTIONS = {  # class in the schema: headings whose tables explain its keys
     "ChaserEntry": ("[tether.chaser]",),
     "WinchEntry": ("[[closing]]", '[[closing]] kind = "winch"'),
     "DrawcordEntry": ("[[closing]]", '[[closing]] kind = "drawcord"'),
+    "PulleyEntry": ("[[pulleys]]",),
     "EventEntry": ("[[events]]",),
     "Solver": ("[solver]",),
     "Output": ("[output]",),

@@ -23,8 +23,11 @@ PAYOUTS: tuple[Payout, ...] = ("locked", "free", "braked")
 NODE_GROUPS = ("tether", "chaser", "reel")
 """Node groups of a tether: its knots with those of a bridle, the chaser, the reel."""
 
-FOREIGN = (*NODE_GROUPS, "drums")
-"""Node groups of all that is attached to a net besides its own knots: the tether, and the drums of its closings."""
+PULLEY_DRUMS = "pulley_drums"
+"""Node group of the drums of pulley cords, which never turn."""
+
+FOREIGN = (*NODE_GROUPS, "drums", PULLEY_DRUMS)
+"""Node groups of all that is attached to a net besides its own knots: the tether, and the drums of its cords."""
 
 CABLE_GROUPS = ("tether", "bridle")
 """Cable groups of a tether: the chain, and the legs to several nodes of the net."""

@@ -30,6 +30,7 @@ from netdae.scenario.orbit import orbit_load_of
 from netdae.scenario.output import times_of
 from netdae.scenario.plausibility import unusual_of
 from netdae.scenario.problems import bare, section_in_words
+from netdae.scenario.pulleys import pulleys_of
 from netdae.scenario.restraints import (
     Given,
     check_restraints,
@@ -46,6 +47,7 @@ from netdae.scenario.tether import net_with_tether
 from netdae.system.closing import Closing, accuracy_reported, sharp_enough
 from netdae.system.closing_assembly import Closed, with_closings
 from netdae.system.damping import Damping
+from netdae.system.pulleys import Strung, with_pulleys
 from netdae.system.system import System
 from netdae.system.tether_assembly import Tethered
 
@@ -55,6 +57,7 @@ class _Parts(NamedTuple):
 
     tied: Tethered
     whole: Closed
+    strung: Strung
     materials: dict[str, Material]
     masses: dict[str, float]
     loads: list[Load]
@@ -73,7 +76,7 @@ class Build:
         self._data = data
         self._folder = path.parent
         self._solver = data.solver
-        self._alone = data.tether is None and not data.closing
+        self._alone = data.tether is None and not data.closing and not data.pulleys
 
     def simulation(self) -> Simulation:
         """All of it; raises InputError for what cannot fly."""
@@ -91,15 +94,23 @@ class Build:
         closings = self._closings(tied.net)
         with section("closing"):
             whole = with_closings(tied.net, tied.start, closings)
+        with section("pulleys"):
+            strung = with_pulleys(whole.net, whole.start, pulleys_of(data.pulleys, tied.net, section))
         parts = _Parts(
             tied,
             whole,
-            {**materials_of(data.material, start.net, section), **tied.materials, **whole.materials},
+            strung,
+            {
+                **materials_of(data.material, start.net, section),
+                **tied.materials,
+                **whole.materials,
+                **strung.materials,
+            },
             {**masses, **tied.masses},
             self._loads(tied.net, tied.start.x),
             self._damping(),
         )
-        x, v, found = whole.start.x, whole.start.v.copy(), start.findings
+        x, v, found = strung.start.x, strung.start.v.copy(), start.findings
         if data.initial.shape == "equilibrium":
             with section("initial", key="shape"):
                 rest = at_rest(self._system(parts, self._given(parts, start.launch)), x, begin)
@@ -107,10 +118,10 @@ class Build:
             start = start_of(data.initial, net, masses, section, cords=cords, rest=x[:own_count])
             v[:own_count], found = start.state.v, rest.findings
         given = self._given(parts, start.launch)
-        v = joined_velocities(v, whole.net, [each.restraint for each in given], begin)
+        v = joined_velocities(v, strung.net, [each.restraint for each in given], begin)
         state = State.at(x, v, t=begin)
         late = late_findings(given, begin, end, section)
-        check_restraints(given, whole.net, state, section)
+        check_restraints(given, strung.net, state, section)
         system = self._system(parts, given)
         if data.initial.disturbance > 0:
             kept = system.restrained | ~system.in_space[:, None]
@@ -188,18 +199,19 @@ class Build:
             *self._restraints(parts.tied.net, launch),
             *given_in("tether", parts.tied.restraints),
             *map(Given, whole.restraints, repeat("closing"), whole.numbers),
+            *given_in("pulleys", parts.strung.restraints),
         ]
 
     def _system(self, parts: _Parts, given: Sequence[Given]) -> System:
         with self._section():
             return System(
-                parts.whole.net,
+                parts.strung.net,
                 parts.materials,
                 damping=parts.damping,
                 masses=parts.masses,
                 loads=parts.loads,
                 restraints=[each.restraint for each in given],
-                reels=(*parts.tied.reels, *parts.whole.reels),
+                reels=(*parts.tied.reels, *parts.whole.reels, *parts.strung.reels),
                 forces=parts.whole.forces,
             )
 

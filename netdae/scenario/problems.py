@@ -20,7 +20,7 @@ Place = Sequence[int | str]
 InSection = Callable[..., AbstractContextManager[None]]
 """Called with a section's name, and number, it reports errors by them."""
 
-ARRAYS = ("material", "masses", "restraints", "initial.ejection", "loads", "events", "closing")
+ARRAYS = ("material", "masses", "restraints", "initial.ejection", "loads", "events", "closing", "pulleys")
 """Sections that may stand several times, in double brackets."""
 
 _EXPECTED = {
@@ -197,5 +197,7 @@ def section_in_words(name: str, number: int | None = None) -> str:
 def bare(error: InputError) -> str:
     """The message without the kind of thing in front, where section or file say it already."""
     return re.sub(
-        r"^(material|dashpot|rayleigh|table|motion|pulse|spin|tether|reel|closing|rings): ", "", str(error)
+        r"^(material|dashpot|rayleigh|table|motion|pulse|spin|tether|reel|closing|pulleys|rings): ",
+        "",
+        str(error),
     )

@@ -19,7 +19,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
@@ -132,6 +132,7 @@ class Drawcord:
     closed: bool = True
     length: float | None = None
     rings: Rings = field(default_factory=Rings)
+    what: ClassVar[str] = "closing"
 
     def __post_init__(self) -> None:
         _check_length(self.length)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 
@@ -21,6 +22,19 @@ from netdae.system.reels import LEAST, LEAST_OF_CORD, Reel
 
 CABLES, DRUMS = "closing", "drums"
 """Groups of all cables that close the net, and of the nodes of their drums."""
+
+
+class Strand(Protocol):
+    """What `rings_through` asks of a cord, see `closing.Drawcord`; `what` begins its messages."""
+
+    @property
+    def what(self) -> str: ...  # noqa: D102
+    @property
+    def group(self) -> str | None: ...  # noqa: D102
+    @property
+    def nodes(self) -> tuple[int, ...] | None: ...  # noqa: D102
+    @property
+    def loop(self) -> str | None: ...  # noqa: D102
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,40 +179,40 @@ def _named(ends: str | tuple[int, ...]) -> str:
     return repr(ends) if isinstance(ends, str) else f"the list {list(ends)}"
 
 
-def _listed(net: CableNet, numbers: tuple[int, ...]) -> IntArray:
+def _listed(net: CableNet, numbers: tuple[int, ...], what: str = "closing") -> IntArray:
     """The nodes of these numbers; raises InputError where the net has no such node."""
     missing = [number for number in numbers if not 0 <= number < net.node_count]  # before they are 64 bits
     if missing:
         raise InputError(
-            f"closing: the cord runs through node {missing[0]}, but the net has {net.node_count} nodes"
+            f"{what}: the cord runs through node {missing[0]}, but the net has {net.node_count} nodes"
         )
     return np.array(numbers, dtype=np.int64)
 
 
-def rings_through(net: CableNet, cord: Drawcord) -> IntArray:
-    """Nodes of a drawcord's rings in its order, (k,); raises InputError where it cannot be drawn through them."""
+def rings_through(net: CableNet, cord: Strand) -> IntArray:
+    """Nodes of the rings of a drawcord or pulley cord in its order, (k,); raises InputError where none fits."""
     if cord.nodes is None:
         assert cord.group is not None
         members = net.nodes_of(cord.group)
         if len(members) < 2:
             raise InputError(
-                f"closing: the cord runs through {_counted(members)} of {cord.group!r}: give two or more rings"
+                f"{cord.what}: the cord runs through {_counted(members)} of {cord.group!r}: give two or more rings"
             )
         loop = mouth_of(net, cord.loop or cord.group)
         outside = np.setdiff1d(members, loop)
         if len(outside):
             raise InputError(
-                f"closing: node {outside[0]} of {cord.group!r} is not on the loop {cord.loop!r}: "
+                f"{cord.what}: node {outside[0]} of {cord.group!r} is not on the loop {cord.loop!r}: "
                 "name the group of a loop that passes all rings, or list the nodes in their order"
             )
         return loop[np.isin(loop, members)]
-    nodes = _listed(net, cord.nodes)
+    nodes = _listed(net, cord.nodes, cord.what)
     if len(nodes) < 2:
-        raise InputError(f"closing: the cord runs through {_counted(nodes)}: give two or more rings")
+        raise InputError(f"{cord.what}: the cord runs through {_counted(nodes)}: give two or more rings")
     values, count = np.unique(nodes, return_counts=True)
     if (count > 1).any():
         raise InputError(
-            f"closing: the cord runs through node {values[count > 1][0]} twice: let it pass each ring once"
+            f"{cord.what}: the cord runs through node {values[count > 1][0]} twice: let it pass each ring once"
         )
     return nodes
 
