@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from netdae.forces.law import Law, compiled
     from netdae.forces.loads import Gravity, NodalLoad
     from netdae.forces.orbit import Orbit
+    from netdae.forces.rings import Rings
     from netdae.forces.solar import BodySolarPressure, SolarPressure
     from netdae.forces.spring import Spring
     from netdae.initial.accordion import accordion
@@ -38,6 +39,7 @@ if TYPE_CHECKING:
     from netdae.mesh.surface import read_surface
     from netdae.model.material import Material
     from netdae.model.motions import Fixed, FunctionMotion, Steady, TableMotion
+    from netdae.model.mouth import mouth_of, vector_area
     from netdae.model.net import CableNet
     from netdae.model.restraints import Restraint
     from netdae.model.shapes.hull import ConvexHull
@@ -48,7 +50,7 @@ if TYPE_CHECKING:
     from netdae.model.signals import Function, Pulse, Table
     from netdae.model.state import State, Trajectory
     from netdae.model.tether import Chaser, Tether
-    from netdae.output.metrics import DeploymentMetrics
+    from netdae.output.metrics import COLUMNS, DeploymentMetrics
     from netdae.output.observers import MetricsCsv, Progress
     from netdae.output.vtk import VtuSeries
     from netdae.scenario.reader import read_scenario
@@ -57,6 +59,8 @@ if TYPE_CHECKING:
     from netdae.solvers.modes import frequencies
     from netdae.solvers.options import SolverOptions
     from netdae.solvers.statics import Equilibrium, equilibrium
+    from netdae.system.closing import Drawcord, Haul, Winch
+    from netdae.system.closing_assembly import rings_through, with_closings
     from netdae.system.damping import Dashpot, NoDamping, Rayleigh
     from netdae.system.pulleys import PulleyCord, with_pulleys
     from netdae.system.reels import Reel
@@ -75,6 +79,8 @@ if TYPE_CHECKING:
 _HOMES = {
     "netdae.core.arrays": ("Flags", "Reals", "Reals2", "Wholes"),
     "netdae.initial.accordion": ("accordion",),
+    "netdae.system.closing": ("Drawcord", "Haul", "Winch"),
+    "netdae.system.closing_assembly": ("rings_through", "with_closings"),
     "netdae.system.damping": ("Dashpot", "NoDamping", "Rayleigh"),
     "netdae.initial.ejection": ("Ejection", "Launch", "Spread", "fired"),
     "netdae.core.errors": ("InputError", "MeshError", "NetdaeError", "RunError", "ScenarioError"),
@@ -87,6 +93,7 @@ _HOMES = {
     "netdae.forces.free_molecular": ("FreeMolecularDrag",),
     "netdae.forces.loads": ("Gravity", "NodalLoad"),
     "netdae.forces.orbit": ("Orbit",),
+    "netdae.forces.rings": ("Rings",),
     "netdae.forces.force": ("Account", "Force", "Tangent"),
     "netdae.forces.spring": ("Spring",),
     "netdae.forces.solar": ("BodySolarPressure", "SolarPressure"),
@@ -95,9 +102,10 @@ _HOMES = {
     "netdae.model.material": ("Material",),
     "netdae.mesh.io": ("read_net", "write_net"),
     "netdae.mesh.surface": ("read_surface",),
-    "netdae.output.metrics": ("DeploymentMetrics",),
+    "netdae.output.metrics": ("COLUMNS", "DeploymentMetrics"),
     "netdae.solvers.modes": ("frequencies",),
     "netdae.model.motions": ("Fixed", "FunctionMotion", "Steady", "TableMotion"),
+    "netdae.model.mouth": ("mouth_of", "vector_area"),
     "netdae.model.net": ("CableNet",),
     "netdae.output.observers": ("MetricsCsv", "Progress"),
     "netdae.solvers.options": ("SolverOptions",),

@@ -16,7 +16,6 @@ from typing import NamedTuple
 import numpy as np
 
 import netdae as nd
-from netdae.model.mouth import mouth_of, vector_area
 
 
 class Figures(NamedTuple):
@@ -42,13 +41,13 @@ def fly(cells: int, end: float, seed: int, options: nd.SolverOptions) -> Figures
     begin = perf_counter()
     flight = nd.simulate(system, start, np.linspace(0.0, end, 5), options=options)
     seconds = perf_counter() - begin
-    loop, frames = mouth_of(net, "border"), list(flight)[1:]
+    loop, frames = nd.mouth_of(net, "border"), list(flight)[1:]
     energy = np.array([system.kinetic_energy(s.v) + system.elastic_energy(s.x) for s in frames])
     total = energy + np.array([s.balance.dissipated_energy for s in frames])
     start_energy = system.kinetic_energy(start.v) + system.elastic_energy(start.x)
     return Figures(
         np.array([s.x[net.nodes_of("corners")] for s in frames]),
-        np.array([vector_area(s.x[loop]) for s in frames]),
+        np.array([nd.vector_area(s.x[loop]) for s in frames]),
         energy,
         (total - start_energy) / start_energy,
         flight.statistics["steps"],

@@ -13,7 +13,6 @@ from time import perf_counter
 import numpy as np
 
 import netdae as nd
-from netdae.model.mouth import mouth_of, vector_area
 
 SIDE, MODULUS, DENSITY, DIAMETER, BULLET = 5.0, 70e9, 1390.0, 1e-3, 0.5
 DISTURBANCE = 1e-10  # m; the symmetric start is 20 % cheaper, and no real one is symmetric
@@ -93,7 +92,7 @@ class Flight:
         if not (np.isfinite(x).all() and np.isfinite(v).all()):
             return np.full(14, np.nan)
         energy = self.system.kinetic_energy(v) + self.system.elastic_energy(x)
-        area = vector_area(x[mouth_of(net, "border")])
+        area = nd.vector_area(x[nd.mouth_of(net, "border")])
         return np.array([*x[net.nodes_of("corners")].ravel(), area, energy])
 
     def frequency(self) -> float:

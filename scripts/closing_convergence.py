@@ -30,13 +30,10 @@ from time import perf_counter
 import numpy as np
 
 import netdae as nd
-from netdae.forces.rings import Rings
-from netdae.model.mouth import mouth_of, vector_area
-from netdae.system.closing import Drawcord, Haul, tightened
-from netdae.system.closing_assembly import with_closings
+from netdae.system.closing import tightened
 
 SIDE, SLACK = 5.0, 0.97  # m
-HAUL = Haul(speed=5.0, force=10.0, final_length=0.5)
+HAUL = nd.Haul(speed=5.0, force=10.0, final_length=0.5)
 CORD = nd.Material(youngs_modulus=70e9, density=1390.0, diameter=1e-3)
 SHARES = (0.25, 0.5, 0.75)
 SETTLES = 0.3  # s after which a drum at its full speed would have been at its stop
@@ -72,15 +69,15 @@ class Flown:
 def fly(cells: int, rings: int, options: nd.SolverOptions, *, seed: int = 0) -> Flown:
     """Close a net of `cells` meshes a side by a cord through `rings` knots of its border."""
     net = nd.CableNet.square(side=SIDE, cells=cells)
-    loop = mouth_of(net, "border")
+    loop = nd.mouth_of(net, "border")
     through = loop[np.linspace(0, len(loop), rings, endpoint=False).round().astype(int)]
     x = net.nodes * [SLACK, SLACK, 1.0]
     x[:, 2] += 1e-3 * (
         x[:, 0] ** 2 + x[:, 1] ** 2
     )  # lying flat and just taut, every cable would be at its kink
     x += 1e-6 * np.random.default_rng(seed).standard_normal(x.shape)
-    cord = Drawcord(CORD, HAUL, nodes=tuple(through.tolist()), rings=Rings(fastened=False))
-    closed = with_closings(net, nd.State.at(x, np.zeros_like(x)), [cord])
+    cord = nd.Drawcord(CORD, HAUL, nodes=tuple(through.tolist()), rings=nd.Rings(fastened=False))
+    closed = nd.with_closings(net, nd.State.at(x, np.zeros_like(x)), [cord])
     system = nd.System(
         closed.net,
         {"all": CORD, **closed.materials},
@@ -105,7 +102,7 @@ def fly(cells: int, rings: int, options: nd.SolverOptions, *, seed: int = 0) -> 
     largest = max(float(system.spatial_mass @ np.linalg.norm(state.v, axis=1)) for state in states)
     return Flown(
         tuple(_length(state.x[loop]) for state in states),
-        tuple(vector_area(state.x[loop]) for state in states),
+        tuple(nd.vector_area(state.x[loop]) for state in states),
         _length(last.x[through]),
         float(last.x[-1, 0]) / way,
         max(float(np.abs(system.momentum(state.v)).max()) for state in states) / largest,
@@ -122,7 +119,7 @@ def _length(points: np.ndarray) -> float:
 
 def options_for(factor: float) -> nd.SolverOptions:
     """Those that a scenario with this drawcord would be flown with, its tolerances times `factor`."""
-    cord = Drawcord(CORD, HAUL, group="border")
+    cord = nd.Drawcord(CORD, HAUL, group="border")
     rtol, position, velocity = tightened(nd.SolverOptions().tolerances, [cord])
     return nd.SolverOptions(
         rtol=factor * rtol, atol_position=factor * position, atol_velocity=factor * velocity

@@ -57,7 +57,6 @@ import numpy as np
 from scipy.special import ellipe, ellipeinc
 
 import netdae as nd
-from netdae.model.mouth import mouth_of, vector_area
 from netdae.runs.workers import Tell, outcomes_of, processes_for
 
 DENSITY, DIAMETER = 1390.0, 1e-3  # kg/m³, m
@@ -130,11 +129,11 @@ def fly(shot: Shot, *, cord: nd.Material = CORD, viscosity_time: float = VISCOSI
     noise = DISTURBANCE * np.random.default_rng(shot.seed).standard_normal(start.x.shape)
     start = nd.State.at(start.x + noise, start.v)
     times = shot.ballistic_time * np.arange(PATIENCE * FRAMES + 1) / FRAMES
-    loop, share = mouth_of(net, "border"), system.mass / system.mass.sum()
+    loop, share = nd.mouth_of(net, "border"), system.mass / system.mass.sum()
     areas: list[float] = []
     ways: list[float] = []
     for state in nd.integrate(system, start, times, options=nd.SolverOptions(method="explicit")):
-        areas.append(vector_area(state.x[loop]) / shot.side**2)
+        areas.append(nd.vector_area(state.x[loop]) / shot.side**2)
         ways.append(float(share @ (state.x - start.x)[:, 2]))
         if areas[-1] < FALLEN * max(areas):
             break

@@ -70,7 +70,7 @@ def test_atwoods_machine_falls_as_theory_says(method, friction):
     v[0, 2], v[2, 2] = -v0, v0  # it slides from the start, much faster than it creeps
     flight = nd.simulate(system, nd.State.at(start.x, v), [0.0, end], options=OPTIONS[method])
     way = v0 * end + 0.5 * a * end**2
-    # friction at the speed u is 1 − (v₀/u)²/2 of full, 2e-6; its angle lacks 2e-3 of smoothing, so the ratio 2e-3 μ, and
+    # friction at the speed u lacks (v₀/u)²/2, 2e-6; its angle lacks 2e-3 of smoothing, so the ratio 2e-3 μ, and
     # a some 1e-3. As the sides change, the mean tension does by some 2 N: the cord yields by 2.5 m · 2 N/EA, 5e-4 m
     off = 5e-4 + 0.5e-3 * way if friction else 2e-5
     np.testing.assert_allclose(flight[-1].x[[0, 2], 2], [-1.0 - way, -1.5 + way], atol=off)
