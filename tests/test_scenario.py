@@ -303,6 +303,7 @@ def test_schema_knows_every_section_of_the_design():
         "tether",
         "events",
         "closing",
+        "pulleys",
         "solver",
         "output",
     }
