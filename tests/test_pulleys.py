@@ -147,16 +147,62 @@ def test_an_endless_cord_keeps_its_length_and_both_momenta():
     assert way < 1.01 * np.linalg.norm(np.roll(places, -1, axis=0) - places, axis=1).sum()
 
 
+@pytest.mark.parametrize("method", OPTIONS)
+@pytest.mark.parametrize("flipped", [False, True])
+def test_cables_of_the_net_become_a_cord_that_slides(method, flipped):
+    """A prestressed line over a sheave: it starts at its prestress, and as an Atwood machine falls at once."""
+    m1, m2, end = 2.0, 1.0, 0.3
+    a, T = G * (m1 - m2) / (m1 + m2), 2 * m1 * m2 * G / (m1 + m2)
+    places = np.array([[0, 0, -1.0], [0, 0, -0.5], [0, 0, 0.0], [0, 0, -1.5]])
+    pairs = [[1, 0], [2, 3], [1, 2]] if flipped else [[0, 1], [1, 2], [2, 3]]
+    net = nd.CableNet(places, pairs, {"first": [0], "last": [3], "sheave": [2]}, {"rope": [0, 1, 2]})
+    rope = nd.Material(youngs_modulus=1e10, density=0.0, area=1e-6, prestress=T)
+    # a second ring, at node 1, leads the cord and is held too
+    strung = nd.with_pulleys(net, nd.State.at(places), [nd.PulleyCord(cables="rope", rings=Rings(1e-2))])
+    system = nd.System(
+        strung.net,
+        rope,
+        damping=nd.NoDamping(),
+        masses={"first": m1, "last": m2, "sheave": 0.0},
+        loads=[nd.Gravity([0, 0, -G])],
+        restraints=[*strung.restraints, nd.Restraint("sheave"), nd.Restraint((1,))],
+        reels=strung.reels,
+    )
+    np.testing.assert_allclose(system.tension(strung.start.x)[:3], T, rtol=1e-11)
+    flight = nd.simulate(system, strung.start, [0.0, end], options=OPTIONS[method])
+    # a ring of 1 cm takes the more of the cord the nearer a mass is to it: (η/d)²/2 of the pull, 2e-4
+    np.testing.assert_allclose(
+        flight[-1].x[[0, 3], 2], [-1.0 - 0.5 * a * end**2, -1.5 + 0.5 * a * end**2], atol=2e-4
+    )
+
+
 # What is refused
 
-NET = nd.CableNet.square(side=1.0, cells=2)
+NET = nd.CableNet(
+    [[k % 3, k // 3, 0] for k in range(9)],
+    [*([k, k + 1] for k in (0, 1, 3, 4, 6, 7)), [0, 3], [1, 4]],
+    {"border": [0, 1, 2], "corners": [0, 2]},
+    {"two": [0, 1, 4, 5], "one": [0]},
+)
 
 
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: nd.PulleyCord(ROPE), "pulleys: give just one of a group and a list"),
-        (lambda: nd.PulleyCord(ROPE, nodes=(0, 1), loop="border"), "a list of rings has its own order"),
+        (lambda: nd.PulleyCord(ROPE), "pulleys: give just one of a group, a list of nodes and"),
+        (lambda: nd.PulleyCord(nodes=(0, 1)), "the cord has no material: give one"),
+        (lambda: nd.PulleyCord(ROPE, cables="border"), "have a material, a length and ends: leave them out"),
+        (lambda: nd.PulleyCord(cables="rope"), "there is no cable group 'rope'"),
+        (lambda: nd.PulleyCord(cables="all"), "cables of 'all' meet at node"),
+        (
+            lambda: nd.PulleyCord(cables="two"),
+            "the cables of 'two' are several cords: node 6 is not on the one",
+        ),
+        (lambda: nd.PulleyCord(cables="one"), "the cord 'one' is one cable: it slides through nothing"),
+        (
+            lambda: nd.PulleyCord(ROPE, nodes=(0, 1), loop="border"),
+            "the rings have an order of their own: leave the loop out",
+        ),
         (
             lambda: nd.PulleyCord(ROPE, nodes=(0, 1), length=0.0),
             "length is 0 m: give a finite number above zero",
@@ -267,6 +313,20 @@ def test_each_verb_takes_pulleys(verb, tmp_path, capsys):
     out = ["-o", str(tmp_path / "out")] if verb == "run" else []
     assert main([verb, str(file_of(tmp_path)), *out]) == 0
     assert "wrong" not in capsys.readouterr().out
+
+
+def test_a_scenario_makes_cables_slide(tmp_path):
+    text = SCENARIO.format("[0, 4]", "").replace(
+        "rings = [0, 4]\nfriction = 0.1\nyoungs_modulus = 1e8\ndensity = 0\ndiameter = 1e-3\n",
+        'cables = "border"\n',
+    )
+    file = tmp_path / "flight.toml"
+    file.write_text(text, encoding="utf-8")
+    simulation = nd.read_scenario(file).build()
+    net = simulation.system.net
+    np.testing.assert_array_equal(net.cables_of("pulleys_1"), net.cables_of("border"))
+    assert net.cable_count == 12 + 2
+    assert len(list(simulation.integrate())) == 3
 
 
 @pytest.mark.parametrize(

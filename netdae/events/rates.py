@@ -20,6 +20,7 @@ from netdae.events.event import QuantityName
 from netdae.events.quantities import Scene
 from netdae.forces.cables import law_of
 from netdae.model.state import State
+from netdae.system.reels import length_of_cord
 from netdae.system.system import System
 
 
@@ -34,7 +35,8 @@ def strain_rates(system: System, x: FloatArray, v: FloatArray) -> FloatArray:
         if reel.rings is None:
             L = system.rest_length(x)[own]
         else:
-            L = float(system.cables.L[own].sum()) + reel.share * float(x[reel.node, 0])
+            whole = length_of_cord(reel, system.net, system.cables.L)
+            L = whole + reel.share * float(x[reel.node, 0])
             h = np.sqrt(np.einsum("ec,ec->e", d[own], d[own]) + reel.rings.size**2)
             rates[own] = h.sum() * (np.einsum("ec,ec->e", d[own], w[own]) / h).sum() / L**2
         rates[own] -= reel.share * s_rate / L * (1 + 2 * system.strain(x)[own])

@@ -19,7 +19,7 @@ from netdae.scenario.metrics import Metrics
 from netdae.scenario.nets import Net
 from netdae.scenario.orbit import OrbitEntry
 from netdae.scenario.output import Output
-from netdae.scenario.pulleys import PulleyEntry
+from netdae.scenario.pulleys import PulleyCordEntry
 from netdae.scenario.restraints import Hold
 from netdae.scenario.section import Section
 from netdae.scenario.solver import Solver
@@ -42,7 +42,7 @@ class ScenarioData(Section):
     orbit: OrbitEntry | None = Field(None, description="The orbit that the frame goes round with.")
     tether: TetherEntry | None = Field(None, description="The cord to the chaser.")
     closing: list[ClosingEntry] = Field([], description="Winches and drawcords that close the net.")
-    pulleys: list[PulleyEntry] = Field([], description="Cords of constant length through rings.")
+    pulleys: list[PulleyCordEntry] = Field([], description="Cords of constant length through rings.")
     events: list[EventEntry] = Field([], description="Instants that are looked for, and what is done then.")
     solver: Solver = Field(description="The time integration.")
     output: Output = Field(Output(), description="What is written.")

@@ -49,6 +49,7 @@ class Reel:
     creep_speed : v₀, m/s, see `forces.brake`
     shortest, longest : m, stops of s; the drum is fully wound at one and empty at the other
     rings : given where the cables, in their order, are one cord that slides through the nodes between them
+    laid : True where rest lengths are those of straight pieces, and the cord is longer by what its rings take in x̄
 
     Raises InputError for values out of range.
     """
@@ -64,6 +65,7 @@ class Reel:
     shortest: float = -math.inf
     longest: float = math.inf
     rings: Rings | None = None
+    laid: bool = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "cables", frozen_ints(np.atleast_1d(self.cables)))
@@ -162,11 +164,24 @@ def slid_lengths(L: FloatArray, reels: Sequence[Reel], net: CableNet, x: FloatAr
         if reel.rings is not None:
             ends = net.cables[reel.cables]
             d = np.linalg.norm(x[ends[:, 1]] - x[ends[:, 0]], axis=1)
-            whole = L[reel.cables].sum() + reel.share * x[reel.node, 0]
+            whole = length_of_cord(reel, net, L) + reel.share * x[reel.node, 0]
             # where two rings coincide there is none: a millionth of a ring keeps it above zero
             least = 1e-6 * reel.rings.size
             now[reel.cables] = np.maximum(d, least) * whole / np.hypot(d, reel.rings.size).sum()
     return now
+
+
+def length_of_cord(reel: Reel, net: CableNet, L: FloatArray) -> float:
+    """Rest length of a whole cord through rings, m, where s = 0, from those of all cables, L (m,).
+
+    Where it is laid, each piece of the length d in x̄ is longer by the share h/d, h = √(d² + η²): then the cord has in
+    x̄ the strain that its cables would have.
+    """
+    own, rings = L[reel.cables], reel.rings
+    if not reel.laid or rings is None:
+        return float(own.sum())
+    d = np.linalg.norm(net.spans[reel.cables], axis=1)
+    return float((own * np.divide(np.hypot(d, rings.size), d, out=np.ones_like(d), where=d > 0)).sum())
 
 
 def restraints_of(reels: Sequence[Reel]) -> tuple[Restraint, ...]:
@@ -221,7 +236,7 @@ def _cord_of(reel: Reel, rings: Rings, net: CableNet, cords: Cords, tau: FloatAr
     nodes, closed = rings_of(reel, net)
     first = reel.cables[0]
     cord = Cord(
-        float(net.rest_length[reel.cables].sum()),
+        length_of_cord(reel, net, net.rest_length),
         float(reel.share),
         float(cords.axial_stiffness[first]),
         float(cords.toe_strain[first]),
