@@ -19,7 +19,7 @@ from netdae.output.metrics import COLUMNS, DeploymentMetrics
 from netdae.runs.summary import net_figures
 from netdae.system.closing import Haul, Winch
 from netdae.system.closing_assembly import with_closings
-from netdae.system.damping import Dashpot
+from netdae.system.damping import Dashpot, NoDamping
 from netdae.system.measurements import Cordage
 from netdae.system.system import System
 from netdae.system.tether_assembly import with_tether
@@ -688,3 +688,15 @@ def test_closing_cords_tell_what_is_left_of_them_and_how_they_pull() -> None:
     N = 1e9 * np.pi * 1e-6 * E11 * np.sqrt(1 + 2 * E11)
     assert row["closing_tension"] == pytest.approx(N.max(), rel=1e-12)
     assert np.isnan([row["paid_out"], row["tether_tension"], row["chaser_distance"]]).all()
+
+
+@pytest.mark.parametrize(("growth", "count"), [(1e-12, 0), (1e-3, 1)])
+def test_a_mouth_that_grows_by_round_off_alone_does_not_open(growth, count):
+    net = CableNet.square(side=2.0, cells=2)
+    cord = Material(youngs_modulus=1e9, density=1000.0, diameter=1e-3)
+    system = System(net, cord, damping=NoDamping())
+    metrics = DeploymentMetrics()
+    metrics.begin(system)
+    for t in (0.0, 0.1, 0.2):
+        metrics.watch(State.at(net.nodes * (1 + t * growth), t=t))
+    assert len([line for line in metrics.summary()["warnings"] if "may open further" in line]) == count

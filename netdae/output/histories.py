@@ -125,7 +125,8 @@ def _mouth_figures(h: Mapping[str, FloatArray], warnings: list[str]) -> dict[str
     times, areas = h["time"], h["mouth_area"]
     k = int(areas.argmax())
     largest = float(areas[k])
-    if k > 0 and k == len(areas) - 1:
+    opens = largest - float(areas.min()) > 1e-9 * largest  # a net at rest opens by round-off
+    if opens and k == len(areas) - 1:
         warnings.append(
             f"the mouth is largest at the end of the flight, {largest:.4g} m² at t = {times[k]:.4g} s: "
             "it may open further: set a later end, unless an event stops the flight there"
