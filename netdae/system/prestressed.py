@@ -28,8 +28,9 @@ from netdae.model.net import CableNet
 MOST = 10.0
 """Largest T₀/EĀ: even rubber bears no more."""
 
-SAME = 1e-9
-"""Share by which a rest length may differ and still count as that of x̄, or of the prestress."""
+SAME = 1e-6
+"""Share by which a rest length may differ and still count as that of x̄, or of the prestress: files may hold single
+precision."""
 
 
 def prestressed(net: CableNet, cords: Cords) -> CableNet:
