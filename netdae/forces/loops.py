@@ -195,7 +195,7 @@ def _add_wrench(x: FloatArray, c: int, F: float, total: FloatArray) -> None:
     total[TORQUE + (c + 2) % 3] -= x[(c + 1) % 3] * F
 
 
-@njit(cache=True, **_INLINED)
+@njit(cache=True, **INLINED)
 def _settle(el: Elements, k: int, pair: bool, V: FloatArray, at: int, total: FloatArray) -> None:
     """Add the powers of the shares of the last evaluation, at velocities V, to the sums at `at` and after it."""
     lost = brought = 0.0
