@@ -169,7 +169,7 @@ def _closest(tree: Tree, points: FloatArray, found: Closest) -> None:
         found.place[i, 0], found.place[i, 1], found.place[i, 2] = qx, qy, qz
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def _to_box(tree: Tree, box: int, p: tuple[float, float, float]) -> float:
     """Square of the distance to a box."""
     square = 0.0
@@ -179,7 +179,7 @@ def _to_box(tree: Tree, box: int, p: tuple[float, float, float]) -> float:
     return square
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, forceinline=True, error_model="numpy")
 def _on_triangle(
     corners: FloatArray, t: int, p: tuple[float, float, float]
 ) -> tuple[float, float, float, int]:

@@ -59,7 +59,7 @@ def _crossings(
     return count, edge, triangle
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, forceinline=True, error_model="numpy")
 def _passes(p: FloatArray, q: FloatArray, corners: FloatArray, near: float) -> bool:
     """Whether a segment passes through the inner of a triangle, farther than `near` from all of its edges and ends."""
     ux, uy, uz = corners[1, 0] - corners[0, 0], corners[1, 1] - corners[0, 1], corners[1, 2] - corners[0, 2]
