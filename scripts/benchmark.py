@@ -24,7 +24,7 @@ os.environ["OMP_NUM_THREADS"] = "1"  # before numpy and SuperLU_MT are imported;
 
 from benchmark_contest import Cell, Entry, Rules, Truth, contest
 from benchmark_flight import CASES
-from benchmark_growth import LENGTH, Midflights, large_nets, windows
+from benchmark_growth import ALONG, LENGTH, Midflights, along_flight, large_nets, windows
 from benchmark_methods import METHODS
 from benchmark_report import write
 from benchmark_truth import MEMBERS
@@ -95,6 +95,7 @@ def main() -> None:
         "cells": [],
         "outcomes": [],
         "windows": [],
+        "along": [],
         "large": [],
     }
     if asked.large:
@@ -110,6 +111,11 @@ def main() -> None:
                 _say(begin, "growth" if plan is None else f"{plan.case} {plan.knots} × {plan.knots}")
                 if plan is None:
                     found["windows"] = _windows(workers, midflights, asked, begin)
+                    knots, times = (4, (0.004, 0.008)) if asked.quick else ALONG
+                    if not asked.sizes or knots in asked.sizes:
+                        short = 0.002 if asked.quick else LENGTH
+                        limits = {"length": short, "limit": asked.limit}
+                        found["along"] = along_flight(workers, knots, times, scale=scale, **limits)
                 else:
                     _compete(workers, midflights, plan, asked, begin, found)
         finally:

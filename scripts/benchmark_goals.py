@@ -30,8 +30,8 @@ def seconds_of(outcomes: list[dict[str, Any]], method: str, case: str, knots: in
 
 # slow method, fast method, damping, sizes, least ratio
 AT_LEAST = (
-    ("verlet", "explicit", "dashpot", (11, 21, 41, 81), 1 / 1.1),
-    ("verlet", "explicit", "dashpot", (41, 81), 1.5),
+    ("verlet", "explicit", "dashpot", (11,), 1 / 0.35),
+    ("verlet", "explicit", "dashpot", (21, 41, 81), 4),
     ("exudyn", "explicit", "dashpot", (21,), 30),
     ("mujoco", "explicit", "dashpot", (21,), 30),
     ("verlet", "ida-toe", "dashpot", (21, 41), 1 / 8),

@@ -17,6 +17,10 @@ REPEATS = 2
 LONGER = 5  # times the length, for the explicit method: its steps are short
 SERIES = (("ida", "dashpot"), ("ida", "rayleigh-1e-3"), ("explicit", "dashpot"))
 RESIDUAL = ("ida", "dashpot")
+ALONG = (
+    41,
+    (0.05, 0.2, 0.35, 0.5, 0.65, 0.8, 0.95),
+)  # knots a side, and s: where the share of taut cables is read
 
 
 class Midflights:
@@ -68,6 +72,22 @@ def windows(
                 runs.append(run)
             if runs:
                 found.append({"method": method, "case": case, "knots": knots, **_best(runs)})
+    return found
+
+
+def along_flight(
+    workers: list[Worker], knots: int, begins: Sequence[float], *, scale: float, length: float, limit: float
+) -> list[dict[str, Any]]:
+    """Seconds per explicit step, and the share of taut cables, at several times of one flight."""
+    found = []
+    for begin in begins:
+        x, v = Midflights(workers, begin=begin, scale=scale).of(["dashpot"], knots)[0]
+        arguments = {"method": "explicit", "case": "dashpot", "knots": knots, "length": length}
+        runs = [workers[0].run("window", **arguments, x=x, v=v, limit=limit) for _ in range(REPEATS)]
+        if None in runs:
+            break
+        best = _best(runs)
+        found.append({"knots": knots, "begin": begin, "taut": runs[0]["taut"], **best})
     return found
 
 

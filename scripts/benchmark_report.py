@@ -68,6 +68,8 @@ def markdown(found: dict[str, Any]) -> str:
         parts += ["## Accuracy at the rung that counts", _accuracy_table(found)]
     if found["windows"]:
         parts += ["## Growth, from mid-flight", _windows_table(found)]
+    if found["along"]:
+        parts += ["## An explicit step along a flight", _along_table(found)]
     if found["large"]:
         parts += ["## Large nets", _large_table(found)]
     goals = goals_of(found)
@@ -185,6 +187,22 @@ def _windows_table(found: dict[str, Any]) -> str:
             "callbacks all that steps take, solves and SUNDIALS in it, is counted."
         )
     return _table(head, lines) + "\n\n" + " ".join(texts)
+
+
+def _along_table(found: dict[str, Any]) -> str:
+    head = ("net", "from, s", "taut, %", "µs a step")
+    return _table(
+        head,
+        [
+            (
+                f"{row['knots']} × {row['knots']}",
+                f"{row['begin']:g}",
+                f"{100 * row['taut']:.1f}",
+                f"{1e6 * row['step_seconds']:.2f}",
+            )
+            for row in found["along"]
+        ],
+    )
 
 
 def _large_table(found: dict[str, Any]) -> str:

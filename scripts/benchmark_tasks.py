@@ -93,13 +93,16 @@ def window(
         np.linspace(0.0, length, 5),
         options=nd.SolverOptions(**options),
     )
+    taut = []
     for state in run:
+        taut.append(float((flight.system.strain(state.x) > 0).mean()))
         try:
             clock.check(state.t)
         except TimeUp:
             return None
     statistics = dict(run.statistics)
     statistics["cables"] = flight.system.net.cable_count
+    statistics["taut"] = float(np.mean(taut))
     return statistics
 
 

@@ -211,5 +211,7 @@ def test_the_whole_benchmark_in_small(tmp_path):
         assert outcomes[name]["state"] in ("ok", "unavailable")
     assert outcomes["verlet"]["chosen"]["counts"]["cable_steps_per_second"] > 1e6
     assert {row["method"] for row in found["windows"]} == {"ida", "explicit"}
+    assert [row["begin"] for row in found["along"]] == [0.004, 0.008]
+    assert all(0 <= row["taut"] <= 1 and row["step_seconds"] > 0 for row in found["along"])
     assert markdown(found) == text
     assert all(goal["met"] in ("yes", "no", "?", "by its pace") for goal in goals_of(found))
