@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from numpy.random import default_rng
 
 from netdae.initial.scaled import ejected, scaled
@@ -10,6 +11,8 @@ from netdae.model.material import Material
 from netdae.model.net import CableNet
 from netdae.model.state import State
 from netdae.solvers.driver import integrate
+from netdae.solvers.ida import iteration, record
+from netdae.solvers.ida.taut import Damped
 from netdae.solvers.options import SolverOptions
 from netdae.system.damping import Dashpot
 from netdae.system.system import System
@@ -84,3 +87,13 @@ def reference_flight(
     x = start.x if seed is None else start.x + 1e-10 * default_rng(seed).standard_normal(start.x.shape)
     system = System(net, cord, masses={"corners": 0.5}, damping=damping or Dashpot(viscosity_time=1e-5))
     return system, State.at(x, start.v)
+
+
+@pytest.fixture
+def without_rules_for_taut_cables(monkeypatch):
+    """IDA as it is, without the rules of `ida.taut`, which the driver from Python follows by other means."""
+    for module in (iteration, record):
+        monkeypatch.setattr(module, "damped_of", lambda system, x: Damped(np.zeros(1), np.zeros(1)))
+        monkeypatch.setattr(
+            module, "stiffness_of", lambda system, x: [np.zeros(len(each.nodes)) for each in system.forces]
+        )

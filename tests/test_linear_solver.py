@@ -177,7 +177,7 @@ def test_jacobian_is_the_derivative_of_the_residual(system, cj):
 
 
 @pytest.mark.parametrize("products", ["frozen", "true"])
-def test_ida_calls_solve_product_solve(monkeypatch, products):
+def test_ida_calls_solve_product_solve(monkeypatch, products, without_rules_for_taut_cables):
     """What `ida.stepper` says that its frozen products rest on; another version of SUNDIALS may break it."""
     monkeypatch.setitem(integration._STEPPERS, "ida", ("netdae.solvers.ida.stepper", "IdaSolver"))
     calls = []
@@ -215,7 +215,7 @@ def test_ida_calls_solve_product_solve(monkeypatch, products):
     assert flight.statistics["setups"] == order.count("p")
 
 
-def test_frozen_products_need_at_most_a_tenth_more_steps(monkeypatch):
+def test_frozen_products_need_at_most_a_tenth_more_steps(monkeypatch, without_rules_for_taut_cables):
     """At standard; past the first snaps steps are a matter of chance, hence the sum over three starts."""
     monkeypatch.setitem(integration._STEPPERS, "ida", ("netdae.solvers.ida.stepper", "IdaSolver"))
     steps = {"frozen": 0, "true": 0}

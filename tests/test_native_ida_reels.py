@@ -293,7 +293,7 @@ def test_it_flies_as_the_driver_from_python(name, monkeypatch):
 
 
 @pytest.mark.parametrize("name", KNOWN)
-def test_with_ida_s_own_settings_it_makes_the_same_steps(name, monkeypatch):
+def test_with_ida_s_own_settings_it_makes_the_same_steps(name, monkeypatch, without_rules_for_taut_cables):
     monkeypatch.setattr(ida_memory, "KEPT_STEPS", (1.0, 2.0))
     monkeypatch.setattr(ida_memory, "KEPT_CJ", 0.25)
     monkeypatch.setattr(ida_memory, "KEPT_CJ_WHOLE", 0.25)

@@ -88,6 +88,12 @@ class ElementForce:
         shape = (a, k, 3, k, 3)
         return Tangent(elements, K.reshape(shape).copy(), C.reshape(shape).copy())
 
+    @property
+    def acting(self) -> IntArray:
+        """The elements, or links, of which the last tangent consisted."""
+        kept = self._alone.values
+        return np.asarray(kept.active[: kept.counts[1]].copy())
+
     def account(self, t: float, x: FloatArray, v: FloatArray) -> Account:
         """Stored energy, dissipated and external power of all elements together."""
         sums = np.zeros(SUMS)

@@ -286,7 +286,7 @@ def fly(
                     last=last.state,
                     resumes=notes["resumes"],
                     notes=flight.notes,
-                    warnings=warnings,
+                    warnings=[*warnings, *flight.warnings],
                 )
                 summary |= notes["about"]
                 folder.write_summary(summary)

@@ -57,7 +57,7 @@ def summary_of(
     status : "finished", "interrupted" or "failed: " with the reason
     statistics, impulses, fired, notes : of the `Integration`
     last : State of the last internal step, None if there is none
-    warnings : beside those of the scenario and of the figures
+    warnings : of the start and of the `Integration`, beside those of the scenario and of the figures
     resumes : where the run was resumed, if it was stopped under way; the figures are of the whole flight
     """
     system, options = simulation.system, simulation.options

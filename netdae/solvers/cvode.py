@@ -13,7 +13,7 @@ from sksundae.cvode import CVODE
 from netdae.core.arrays import FloatArray
 from netdae.core.errors import RunError
 from netdae.model.restraints import Drive
-from netdae.solvers.ida.stepper import quiet
+from netdae.solvers.ida.quiet import quiet
 from netdae.solvers.options import SolverOptions
 from netdae.solvers.scipy_methods import FirstOrder
 from netdae.solvers.stepper import Scan, Step

@@ -115,6 +115,11 @@ class Integration:
         note = getattr(self._solver, "note", "")
         return (note,) if note else ()
 
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What a user should know about its figures."""
+        return tuple(getattr(self._solver, "warnings", ()))
+
     # Resuming
 
     def memory(self) -> dict[str, Any]:

@@ -14,7 +14,8 @@ from netdae.forces.table import Rows, set_time
 from netdae.solvers.ida.dyads import Dyads
 from netdae.solvers.ida.kernel import OPTIONS, Net, residual
 from netdae.solvers.ida.layout import Chunk, record_at
-from netdae.solvers.ida.newton import Matrix, assemble, factor, solve
+from netdae.solvers.ida.newton import Matrix, assemble, factor, is_out_of_line, solve
+from netdae.solvers.ida.taut import CONVERGED, ITERATIONS, STIFF
 from netdae.solvers.linalg.block_ldl import Ldl
 
 _NEWTON_ITERATIONS = 4  # IDA's own limit
@@ -41,6 +42,89 @@ def put_curved_axes(t: float, predicted: FloatArray, net: Net, e: FloatArray) ->
         e[n3 + k] = net.speed[c] - predicted[n3 + k]
 
 
+@njit(**OPTIONS)
+def renew(address: int, t: float, cj: float, y: FloatArray) -> bool:
+    """Assemble and factor K at y; False where it is singular."""
+    u = record_at(address)
+    matrix, ldl = load(u.matrix, Matrix), load(u.ldl, Ldl)
+    u.singular = assemble(t, y, cj, load(u.net, Net), matrix, ldl)
+    if u.singular == -1:
+        u.singular = factor(cj, matrix, ldl, load(u.dyads, Dyads))
+    u.cj = cj
+    u.setups += 1
+    return u.singular == -1
+
+
+@njit(**OPTIONS)
+def iterate(
+    address: int,
+    t: float,
+    cj: float,
+    predicted: FloatArray,
+    slope: FloatArray,
+    y: FloatArray,
+    yp: FloatArray,
+    F: FloatArray,
+    e: FloatArray,
+    w: FloatArray,
+    limit: float,
+) -> int:
+    """Newton's iteration with a factor at each iterate, see `taut`, from the residual F on; 0 where it converges.
+
+    e is the correction so far, and z, in the end, what it has gained, both (6n,); w the weights of their norm.
+    """
+    u = record_at(address)
+    net, matrix, ldl, dyads = load(u.net, Net), load(u.matrix, Matrix), load(u.ldl, Ldl), load(u.dyads, Dyads)
+    chunk, size = load(u.chunk, Chunk), len(y)
+    z, gained = chunk.z, chunk.gained
+    for k in range(size):
+        gained[k] = 0.0
+    for iteration in range(ITERATIONS):
+        if iteration > 0:
+            for k in range(size):
+                y[k] = predicted[k] + e[k]
+                yp[k] = slope[k] + cj * e[k]
+            bad = residual(t, y, yp, net, F)
+            u.residuals += 1
+            if bad >= 0:
+                u.not_finite, u.not_finite_at = bad, t
+                return _RESIDUAL_FAILED
+        if not renew(address, t, cj, y):  # an iterate may be anywhere
+            u.singular = -1
+            return _NOT_CONVERGED
+        solve(F, cj, cj, net, matrix, ldl, dyads, z)
+        u.solves += 1
+        total = 0.0
+        for k in range(size):
+            e[k] -= z[k]
+            gained[k] += z[k]
+            total += (z[k] * w[k]) ** 2
+        if np.sqrt(total / size) <= CONVERGED * limit:
+            for k in range(size):
+                z[k] = gained[k]
+            return 0
+    return _NOT_CONVERGED
+
+
+@njit(**OPTIONS)
+def filter_errors(address: int, cj: float, e: FloatArray, w: FloatArray) -> None:
+    """Let the error test see the velocities' part of the correction e without what is stiff in it, see `taut`."""
+    u = record_at(address)
+    net, matrix, ldl, dyads = load(u.net, Net), load(u.matrix, Matrix), load(u.ldl, Ldl), load(u.dyads, Dyads)
+    chunk, n3 = load(u.chunk, Chunk), 3 * u.n
+    r, z, kept = chunk.gained, chunk.filtered, chunk.weights
+    for k in range(n3):
+        r[k] = 0.0
+        r[n3 + k] = u.cj * u.cj * net.mass[k // 3] * e[n3 + k]
+    solve(r, u.cj, u.cj, net, matrix, ldl, dyads, z)
+    for k in range(2 * n3):
+        kept[k] = w[k]
+    for k in range(n3):
+        if e[n3 + k] != 0.0:
+            w[n3 + k] *= abs(z[k] / e[n3 + k])
+    u.filtered = 1
+
+
 _V, _D, _I = types.voidptr, types.float64, types.int32
 
 
@@ -53,14 +137,8 @@ def on_residual(t, y, yp, F, user):  # type: ignore[no-untyped-def]
 @cfunc(_I(_D, _D, _V, _V, _V, _V, _V, _V, _V, _V), **OPTIONS)
 def on_jacobian(t, cj, y, yp, F, J, user, one, two, three):  # type: ignore[no-untyped-def]
     """IDALsJacFn: assembles and factors K; J itself is left alone."""
-    u = record_at(address_of(user))
-    matrix, ldl = load(u.matrix, Matrix), load(u.ldl, Ldl)
-    u.singular = assemble(t, data_of(address_of(y), 6 * u.n), cj, load(u.net, Net), matrix, ldl)
-    if u.singular == -1:
-        u.singular = factor(cj, matrix, ldl, load(u.dyads, Dyads))
-    u.cj = cj
-    u.setups += 1
-    return 0 if u.singular == -1 else -1
+    address = address_of(user)
+    return 0 if renew(address, t, cj, data_of(address_of(y), 6 * record_at(address).n)) else -1
 
 
 @cfunc(_I(_V, _V), **OPTIONS)
@@ -104,7 +182,8 @@ def on_newton(solver, start, correction, weights, tolerance, wants_setup, memory
     SUNDIALS' own makes seven more passes over vectors in each iteration.
     """
     here = address_of(solver)
-    u = record_at(ints(here, 1)[0])
+    address = ints(here, 1)[0]
+    u = record_at(address)
     chunk = load(u.chunk, Chunk)
     at = chunk.system.ctypes.data
     data, reals = ints(at, 8), floats(at, 8)
@@ -112,9 +191,18 @@ def on_newton(solver, start, correction, weights, tolerance, wants_setup, memory
     t, cj, size = reals[0], reals[6], 6 * u.n
     predicted, slope = data_of(data[1], size), data_of(data[2], size)
     y, yp, F = data_of(data[3], size), data_of(data[4], size), data_of(data[5], size)
-    e, z = data_of(address_of(correction), size), chunk.z
+    e, z, w = data_of(address_of(correction), size), chunk.z, data_of(address_of(weights), size)
     net, matrix, ldl, dyads = load(u.net, Net), load(u.matrix, Matrix), load(u.ldl, Ldl), load(u.dyads, Dyads)
+    if u.filtered != 0:  # the last attempt at this step failed in the error test
+        u.filtered = 0
+        for k in range(size):
+            w[k] = chunk.weights[k]
     setup, fresh, iteration = wants_setup != 0, False, 0
+    u.spoilt = 1 if u.spoilt != 0 and not setup and cj == u.cj_before else 0
+    whole_newton = u.undamped > 1 and (u.stiffest > STIFF * cj * cj or u.spoilt != 0)
+    u.spoilt = 1 if whole_newton else 0
+    u.cj_before = cj
+    code = 0
     e[:] = 0.0
     put_curved_axes(t, predicted, net, e)
     while True:
@@ -131,21 +219,38 @@ def on_newton(solver, start, correction, weights, tolerance, wants_setup, memory
             if code != 0:
                 return code
             setup, fresh = False, True
-        solve(F, u.cj, cj, net, matrix, ldl, dyads, z)
-        u.solves += 1
-        for k in range(size):
-            e[k] -= z[k]
+        elif (
+            iteration == 0
+            and not whole_newton
+            and is_out_of_line(y[: size // 2], cj, matrix)
+            and not renew(address, t, cj, y)
+        ):
+            u.singular = -1
+            u.newton_failed += 1
+            return _NOT_CONVERGED
+        if whole_newton:
+            code = iterate(address, t, cj, predicted, slope, y, yp, F, e, w, tolerance)
+            if code < 0:
+                return code
+        else:
+            solve(F, u.cj, cj, net, matrix, ldl, dyads, z)
+            u.solves += 1
+            for k in range(size):
+                e[k] -= z[k]
         u.iteration = iteration
-        verdict = call(
-            u.on_test, (here, address_of(correction), u.correction, tolerance, address_of(weights), u.memory)
-        )
+        verdict = _NOT_CONVERGED
+        if code == 0:
+            given = (address_of(correction), u.correction, tolerance, address_of(weights), u.memory)
+            verdict = call(u.on_test, (here, *given))
         if verdict == 0:
+            if u.undamped > 1:
+                filter_errors(address, cj, e, w)
             return 0
         iteration += 1
         if verdict == _GO_ON and iteration < _NEWTON_ITERATIONS:
             continue
         u.newton_failed += 1
-        if fresh:
+        if fresh or code != 0:  # whose factors were all new
             return _NOT_CONVERGED
         setup, iteration = True, 0
         e[:] = 0.0
@@ -154,18 +259,19 @@ def on_newton(solver, start, correction, weights, tolerance, wants_setup, memory
 
 @cfunc(_I(_V, _V, _V), **OPTIONS)
 def on_weights(y, weights, user):  # type: ignore[no-untyped-def]
-    """IDAEwtFn: 1/(rtol |y| + atol), a tolerance for x and one for v."""
+    """IDAEwtFn: 1/(rtol |y| + atol), a tolerance for x and one for v; times as strict as `taut` asks for."""
     u = record_at(address_of(user))
     n3 = 3 * u.n
     at, w = data_of(address_of(y), 2 * n3), data_of(address_of(weights), 2 * n3)
-    one, rtol = (
-        np.float32(1.0),
+    u.filtered = 0
+    strict, rtol = (
+        np.float32(u.strict),
         u.rtol,
-    )  # seven digits will do, and single numbers are divided four times as fast
+    )  # seven digits, and single numbers are divided four times as fast
     for k in range(n3):
-        w[k] = one / np.float32(rtol * abs(at[k]) + u.atol_position)
+        w[k] = strict / np.float32(rtol * abs(at[k]) + u.atol_position)
     for k in range(n3, 2 * n3):
-        w[k] = one / np.float32(rtol * abs(at[k]) + u.atol_velocity)
+        w[k] = strict / np.float32(rtol * abs(at[k]) + u.atol_velocity)
     return 0
 
 

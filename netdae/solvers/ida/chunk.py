@@ -13,8 +13,11 @@ from netdae.forces.table import ENDED, Rows, rests
 from netdae.solvers.ida.failures import STANDS_STILL, STUCK, WOUND_IN
 from netdae.solvers.ida.kernel import OPTIONS, RATES, Net, between, middle, rates
 from netdae.solvers.ida.layout import RECORD, Chunk, record_at
+from netdae.solvers.ida.taut import LOW_ORDER, SETTLING, TIGHT, Damped, is_undamped
 
 _ONE_STEP = 2  # IDA_ONE_STEP
+SAME = 1e-6  # of step lengths, which are differences of times
+_ORDER = RECORD.fields["order"][1]  # type: ignore[index]
 _ERRORS_FAILED = RECORD.fields["errors_failed"][1]  # type: ignore[index]
 
 
@@ -35,7 +38,7 @@ def fly(address: int, row: int, count: int, stop: float, span: float) -> int:
     """
     u = record_at(address)
     size, net, chunk = 6 * u.n, load(u.net, Net), load(u.chunk, Chunk)
-    rows = load(net.rows, Rows)
+    rows, damped = load(net.rows, Rows), load(u.damped, Damped)
     times, states, slopes, sums, now = chunk.times, chunk.states, chunk.slopes, chunk.sums, chunk.rates
     if row > 0:
         for q in range(size):
@@ -71,6 +74,11 @@ def fly(address: int, row: int, count: int, stop: float, span: float) -> int:
         if rows.curved[1] != 0:  # Python has failed
             made -= 1
             break
+        u.undamped = is_undamped(u.undamped, h, damped.kappa, damped.tau)
+        u.low = 1 if u.undamped != 0 and (u.low != 0 or chunk.tensions[made] > 0.0) else 0
+        u.free += 1 if u.low != 0 and u.undamped > 1 else 0
+        u.strict = TIGHT if u.low != 0 and u.undamped > 1 else 1.0
+        _limit_order(address, at, h)
         u.stuck = u.stuck + 1 if h <= 8.9e-16 * abs(at) else 0
         if u.stuck > STUCK:
             code = STANDS_STILL
@@ -78,6 +86,34 @@ def fly(address: int, row: int, count: int, stop: float, span: float) -> int:
     u.made = made
     call(u.error_test_fails, (u.memory, address + _ERRORS_FAILED))
     return code
+
+
+@njit(**OPTIONS)
+def _limit_order(address: int, at: float, h: float) -> None:
+    """Let IDA's order fall to a low one, or rise again.
+
+    A limit below its present order would let IDA go beyond the vectors that it has, so the limit follows it down. An
+    order that stays high where it grows what nothing damps is ended by a new start. The limit rises only with a new
+    step length: IDA then waits with a higher order until it has kept what this requires.
+    """
+    u = record_at(address)
+    u.since += 1
+    allowed = u.highest if u.since > SETTLING or u.stiffest == 0.0 else min(u.highest, LOW_ORDER)
+    if u.low != 0:
+        call(u.get_order, (u.memory, address + _ORDER))
+        order = u.order & 0xFFFFFFFF
+        u.above = u.above + 1 if u.undamped > 1 and order > LOW_ORDER else 0
+        if u.above > SETTLING:
+            call(u.error_test_fails, (u.memory, address + _ERRORS_FAILED))
+            u.failed_earlier += u.errors_failed
+            call(u.start_anew, (u.memory, at, u.y, u.yp))
+            order, u.above, u.spoilt = 1, 0, 0
+        allowed = min(u.highest, max(LOW_ORDER, order))
+    same = abs(h - u.h_before) <= SAME * h
+    u.h_before = h
+    if allowed < u.allowed or (allowed > u.allowed and not same):
+        u.allowed = allowed
+        call(u.set_highest_order, (u.memory, np.int32(allowed)))
 
 
 @njit(nogil=True, **OPTIONS)

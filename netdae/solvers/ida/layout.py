@@ -13,12 +13,18 @@ from numba import carray, njit
 from netdae.core.addresses import pointer_of
 from netdae.core.arrays import Reals, Reals2, Wholes
 
-_PARTS = "net matrix ldl dyads chunk"  # addresses of the records of these classes, see `core.records.load`
-_OF_SUNDIALS = "ida_solve system_data error_test_fails on_setup on_test memory y yp correction"
+_PARTS = (
+    "net matrix ldl dyads chunk damped"  # addresses of the records of these classes, see `core.records.load`
+)
+_OF_SUNDIALS = """
+    ida_solve system_data error_test_fails get_order set_highest_order start_anew
+    on_setup on_test memory y yp correction
+"""
 _COUNTS = """
     residuals setups solves errors_failed newton_failed not_finite singular made stuck iteration
+    undamped low spoilt filtered order allowed highest since above failed_earlier free
 """
-_REALS = "cj rtol atol_position atol_velocity not_finite_at"
+_REALS = "h_before strict stiffest cj cj_before rtol atol_position atol_velocity not_finite_at"
 
 RECORD = np.dtype(
     [(name, np.int64) for name in f"n {_PARTS} {_OF_SUNDIALS} {_COUNTS}".split()]
@@ -40,6 +46,9 @@ class Chunk(NamedTuple):
     clock: Reals
     system: Wholes  # (8,), what IDA reports of its nonlinear system
     z: Reals  # (6n,), Newton's last correction
+    gained: Reals  # (6n,), sum of some of them
+    filtered: Reals  # (6n,), a correction without what is stiff in it
+    weights: Reals  # (6n,), of the error norm, before the error test saw others
 
 
 @njit(cache=True, forceinline=True)

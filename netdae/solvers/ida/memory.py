@@ -20,6 +20,7 @@ from netdae.solvers.ida.calls import (
 from netdae.solvers.ida.layout import RECORD
 from netdae.solvers.ida.record import IdaRecord
 from netdae.solvers.ida.sundials import Sundials, put, word
+from netdae.solvers.ida.taut import LOW_ORDER
 from netdae.solvers.options import HIGHEST_ORDER, SolverOptions
 
 # The step is kept unless it would grow to at least twice or shrink to 0.7 or less, so that c_j and with it the factor
@@ -48,6 +49,7 @@ class IdaMemory:
 
     def __init__(self, library: Sundials, record: IdaRecord, options: SolverOptions) -> None:
         self._library = library
+        self._record = record
         self._address = address = record.address
         y, yp, z = record.chunk.states[0], record.chunk.slopes[0], record.chunk.z
         self._data = y.ctypes.data, yp.ctypes.data
@@ -87,6 +89,10 @@ class IdaMemory:
             ida_solve=library.address_of("IDASolve"),
             system_data=library.address_of("IDAGetNonlinearSystemData"),
             error_test_fails=library.address_of("IDAGetNumErrTestFails"),
+            get_order=library.address_of("IDAGetCurrentOrder"),
+            set_highest_order=library.address_of("IDASetMaxOrd"),
+            start_anew=library.address_of("IDAReInit"),
+            highest=options.max_order or HIGHEST_ORDER,
         )
 
     def start(self, t: float) -> None:
@@ -95,6 +101,11 @@ class IdaMemory:
         put(word(self._yp), 1, self._data[1])
         self._library.call("IDAReInit", self._ida, t, self._y, self._yp)
         self._library.call("IDAGetNumErrTestFails", self._ida, self._address + _ERRORS_FAILED)
+        allowed = self._record["highest"]
+        if self._record["stiffest"] > 0.0:
+            allowed = min(allowed, LOW_ORDER)
+        self._library.call("IDASetMaxOrd", self._ida, allowed)
+        self._record.set(allowed=allowed, since=0, above=0, failed_earlier=0, h_before=0.0)
 
     def stop_at(self, t: float) -> None:
         """Let no step reach beyond t."""

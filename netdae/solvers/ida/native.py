@@ -28,8 +28,10 @@ from netdae.solvers.ida.failures import WOUND_IN, failure_of, not_finite, reason
 from netdae.solvers.ida.kernel import RATES
 from netdae.solvers.ida.memory import IdaMemory
 from netdae.solvers.ida.newton import SINGULAR_DYADS
+from netdae.solvers.ida.polish import End, Polish
 from netdae.solvers.ida.record import IdaRecord
 from netdae.solvers.ida.sundials import Unavailable, sundials
+from netdae.solvers.ida.taut import warnings_of
 from netdae.solvers.ida.trial import check_agreement
 from netdae.solvers.options import SolverOptions
 from netdae.solvers.stepper import Scan, Share, Step, Stepper
@@ -42,6 +44,7 @@ _COUNTED = {
     "setups": "setups",
     "solves": "solves",
     "newton_failures": "newton_failed",
+    "free_steps": "free",
 }
 
 # Watchers see the ends of chunks and each new largest tension. With 64 steps they take 4 % of the time of a
@@ -105,6 +108,9 @@ class NativeIda:
         self._chunk = self._record.chunk
         self._memory = IdaMemory(library, self._record, options)
         weakref.finalize(self, self._memory.free)
+        self._polish = Polish(system, options.tolerances[1])
+        self._part = system
+        self._earlier: End = 0.0, np.zeros((system.net.node_count, 3))  # of the step before the last
         self._row = 0
         self._peak = 0.0
         self._reported = [0, 0]  # rows of the last chunk that were reported
@@ -116,13 +122,20 @@ class NativeIda:
         self.counts: Counter[str] = Counter()
         self.seconds: defaultdict[str, float] = defaultdict(float)
 
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What a user should know about the figures."""
+        rtol = self._options.tolerances[0]
+        return warnings_of(self.counts["steps"], self.counts["free_steps"], self.driver, rtol)
+
     def enter(self, phase: System, t: float, y: FloatArray, yp: FloatArray) -> None:
         """Start afresh at t in `phase` from y = (x, v) and yp = (v, a), both (2, n, 3) and consistent."""
         chunk = self._chunk
-        self._row, self._t = 0, t
+        self._row, self._t, self._earlier = 0, t, (t, yp[1])
         chunk.times[0] = chunk.clock[0] = t
         chunk.states[0], chunk.slopes[0] = y.ravel(), yp.ravel()
         self._record.set(stuck=0)
+        self._polish.stiffest, self._polish.wanted = self._record.enter(phase, y[0]), False
         self._memory.start(t)
         self._failed_before = self._record["errors_failed"]
         self.counts["starts"] += 1
@@ -130,6 +143,7 @@ class NativeIda:
 
     def go_on(self, part: System) -> None:
         """Go on in the part of the phase that begins here, in which loads and motions are linear in time."""
+        self._part = part
         self._record.go_on(part, self._t)
         ida_chunk.begin_rates(self._record.address, self._row)
 
@@ -151,6 +165,11 @@ class NativeIda:
             if made == 0 or not isinstance(self._failed, Exception):
                 raise self._failed
         steps = self._report(made)
+        self._polish.wanted = self._record["undamped"] > 1
+        if self._t == stop:
+            earlier = self._end_of(made - 2) if made > 1 else self._earlier
+            steps[-1] = self._polish.stopped(self._part, steps[-1], earlier, self._end_of(made - 1))
+        self._earlier = self._end_of(made - 1)
         self.seconds["steps"] += perf_counter() - begin
         return steps
 
@@ -197,7 +216,12 @@ class NativeIda:
         whole = out.reshape(3, -1, 3)
         k = max(1, int(np.searchsorted(times[self._reported], t)))
         self.seconds["outputs"] += perf_counter() - begin
-        return Step(t, whole[:2], whole[1:], self._share_up_to(balance, k, row))
+        step = Step(t, whole[:2], whole[1:], self._share_up_to(balance, k, row))
+        return self._polish.between(self._part, step, float(times[row + 1] - times[row]))
+
+    def _end_of(self, row: int) -> End:
+        """Time and v̇ (n, 3) in a row of the chunk."""
+        return float(self._chunk.times[row]), self._chunk.slopes[row, self._size // 2 :].reshape(-1, 3).copy()
 
     def memory(self) -> dict[str, FloatArray]:
         """Nothing: a resumed flight starts this integrator afresh."""
@@ -218,7 +242,7 @@ class NativeIda:
         """Add the record's counts since the last call."""
         for name, counted in _COUNTED.items():
             self.counts[name] += self._record.take(counted)
-        failed = self._record["errors_failed"]
+        failed = self._record["errors_failed"] + self._record["failed_earlier"]
         self.counts["error_test_failures"] += failed - self._failed_before
         self._failed_before = failed
 

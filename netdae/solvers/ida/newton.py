@@ -19,6 +19,7 @@ from netdae.forces.loops import Elements
 from netdae.forces.table import Rows, find_tangents, set_time
 from netdae.solvers.ida.dyads import Dyads, add_dyad_products, complete, factor_dyads
 from netdae.solvers.ida.kernel import OPTIONS, Net, look
+from netdae.solvers.ida.taut import has_turned
 from netdae.solvers.linalg.block_ldl import Ldl, _numeric, _solve, _symbolic
 
 SINGULAR_DYADS = -2  # what `factor` returns
@@ -35,6 +36,7 @@ class Coupling(NamedTuple):
     row: int  # in the table
     nodes: Wholes2  # (m, k), 3i of the nodes of each element, or of each link
     places: Wholes3  # (m, k, k), block of each pair of these nodes in K, −1 below the diagonal
+    stiffness: Reals  # κ of each element, 1/s², see `taut`
 
 
 class Matrix(NamedTuple):
@@ -53,6 +55,7 @@ class Matrix(NamedTuple):
     order: Wholes  # (n,), nodes in the order of elimination
     place: Wholes  # (n,), of each node among the members, −1 for others
     right: Reals  # (3n,)
+    x: Reals  # (3n,), at which K was last put together
 
 
 @njit(**OPTIONS)
@@ -63,6 +66,8 @@ def assemble(t: float, y: FloatArray, cj: float, net: Net, matrix: Matrix, ldl: 
     """
     n3 = 3 * len(net.mass)
     x, v, K = y[:n3], y[n3:], matrix.K
+    for k in range(n3):
+        matrix.x[k] = x[k]
     rows = load(net.rows, Rows)
     set_time(rows, t)
     look(x, net, rows)
@@ -240,6 +245,18 @@ def _find_graph(mass: FloatArray, matrix: Matrix, ldl: Ldl) -> int:
         ldl.flipped[at] = first > second
     matrix.counts[1] = size
     return lost
+
+
+@njit(**OPTIONS)
+def is_out_of_line(x: FloatArray, cj: float, matrix: Matrix) -> bool:
+    """Whether a taut cable has turned too far at x (3n,) for the factor, see `taut`."""
+    for c in range(len(matrix.couplings)):
+        coupling = load(matrix.couplings[c], Coupling)
+        if coupling.nodes.shape[1] > 1 and coupling.kind != STEADY:
+            el = load(coupling.elements, Elements)
+            if has_turned(x, matrix.x, coupling.nodes, el.active, el.counts[1], coupling.stiffness, cj):
+                return True
+    return False
 
 
 @njit(**OPTIONS)

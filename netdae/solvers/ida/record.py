@@ -18,6 +18,7 @@ from netdae.solvers.ida.dyads import Dyads
 from netdae.solvers.ida.kernel import RATES, Net
 from netdae.solvers.ida.layout import RECORD, Chunk
 from netdae.solvers.ida.newton import ELEMENTS, LINKS, PAIRS, STEADY, Coupling, Matrix
+from netdae.solvers.ida.taut import damped_of, stiffness_of
 from netdae.solvers.linalg.block_ldl import BlockLdl, Ldl
 from netdae.solvers.options import SolverOptions
 from netdae.system.assembly import scatter_blocks
@@ -91,6 +92,16 @@ class IdaRecord:
         if len(self._entry):
             self._hold(begin)
 
+    def enter(self, system: System, x: FloatArray) -> float:
+        """Start a phase of a system at x (n, 3): how stiff its cables are now; return the largest κ of `taut`."""
+        damped, stiffness = damped_of(system, x), stiffness_of(system, x)
+        for record in self._couplings:
+            record.values.stiffness[:] = stiffness[record.values.row]
+        self._damped = Record(damped)
+        largest = float(damped.kappa[0])
+        self.set(damped=self._damped.address, stiffest=largest, undamped=0, low=0, strict=1.0)
+        return largest
+
     def _hold(self, t: float) -> None:
         """Set restrained axes to those at t: on lines that pass there with their speed."""
         net: Net = self._net.values
@@ -137,7 +148,9 @@ def _couplings_of(system: System, table: Table) -> tuple[list[Coupling], int]:
             kind = PAIRS
         m, k = nodes.shape
         couples += m * k * (k - 1) // 2
-        found.append(Coupling(kind, record.address, row, 3 * nodes, system.pattern.places_of(nodes)))
+        stiffness = np.zeros(len(force.nodes))
+        places = system.pattern.places_of(nodes)
+        found.append(Coupling(kind, record.address, row, 3 * nodes, places, stiffness))
     return found, couples
 
 
@@ -168,6 +181,7 @@ def _matrix_of(
         order=ldl.order,
         place=np.full(n, -1),
         right=np.zeros(3 * n),
+        x=np.zeros(3 * n),
     )
 
 
@@ -222,4 +236,7 @@ def _chunk_of(steps: int, size: int) -> Chunk:
         clock=np.zeros(2),
         system=wholes(8),
         z=np.zeros(size),
+        gained=np.zeros(size),
+        filtered=np.zeros(size),
+        weights=np.zeros(size),
     )

@@ -65,6 +65,7 @@ _SIGNATURES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "IDASetEtaFixedStepBounds": (_I, (_P, _D, _D)),
     "IDAGetDky": (_I, (_P, _D, _I, _P)),
     "IDAGetNumErrTestFails": (_I, (_P, _P)),
+    "IDAGetCurrentOrder": (_I, (_P, _P)),
     # called from compiled code, by address
     "IDASolve": (_I, ()),
     "IDAGetNonlinearSystemData": (_I, ()),
