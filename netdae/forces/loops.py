@@ -643,10 +643,13 @@ def _at_drum_of(law: Law) -> Any:
         el = load(elements, Elements)
         p: Any = load(el.parameters, Parameters)
         shares_of_drum, s = floats(out, 4), el.signal
-        x, v = np.zeros((1, 3)), np.zeros((1, 3))
-        shares = Shares(np.zeros((1, 3)), np.zeros((1, 3)), np.zeros((1, 3)))
-        K, C = np.zeros((1, 3, 1, 3)), np.zeros((1, 3, 1, 3))
+        room = el.room.reshape((5, 1, 3))
+        x, v, shares = room[0], room[1], Shares(room[2], room[3], room[4])
+        K, C = el.K[:9].reshape((1, 3, 1, 3)), el.C[:9].reshape((1, 3, 1, 3))
+        for k in range(9):
+            el.K[k] = el.C[k] = el.room[6 + k] = 0.0
         x[0, 0], v[0, 0] = place, speed
+        x[0, 1] = x[0, 2] = v[0, 1] = v[0, 2] = 0.0
         if _force(p, e, s, x, v, shares):
             shares_of_drum[0] += shares.conservative[0, 0]
             shares_of_drum[1] += shares.dissipative[0, 0]

@@ -19,7 +19,7 @@ import numpy as np
 from numba import njit
 
 from netdae.core.addresses import call
-from netdae.core.arrays import FloatArray, Wholes
+from netdae.core.arrays import FloatArray, Reals, Wholes
 from netdae.core.records import Record
 from netdae.forces.elements import ElementForce
 from netdae.forces.law import INLINED
@@ -36,6 +36,7 @@ class Drums(NamedTuple):
     function: Wholes  # (q,), address of the law's function, see `forces.loops`
     elements: Wholes  # (q,), address of the force's Elements
     element: Wholes  # (q,), which of them
+    out: Reals  # (4,), room for what one element gives
 
 
 def drums_of(forces: Sequence[ElementForce], records: Sequence[Record]) -> Drums:
@@ -48,7 +49,7 @@ def drums_of(forces: Sequence[ElementForce], records: Sequence[Record]) -> Drums
     table = np.array(sorted(rows, key=lambda row: row[0]), dtype=np.int64).reshape(len(rows), 4)
     entry, begin = np.unique(table[:, 0], return_index=True)
     columns = (np.ascontiguousarray(table[:, k]) for k in (1, 2, 3))
-    return Drums(entry, np.append(begin, len(rows)), *columns)
+    return Drums(entry, np.append(begin, len(rows)), *columns, np.zeros(4))
 
 
 @njit(cache=True, **INLINED)
@@ -94,8 +95,7 @@ def hold_drums(
     x: FloatArray, v: FloatArray, share: FloatArray, f: FloatArray, h: float, drums: Drums
 ) -> tuple[float, float]:
     """Add the forces on drums to f, which holds all others; return the powers in W that they take and give."""
-    lost = given = 0.0
-    out = np.empty(4)
+    lost, given, out = 0.0, 0.0, drums.out
     for d in range(len(drums.entry)):
         i = drums.entry[d]
         c = h * share[i]  # zero where the drum is driven
