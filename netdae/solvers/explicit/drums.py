@@ -48,8 +48,8 @@ def drums_of(forces: Sequence[ElementForce], records: Sequence[Record]) -> Drums
     ]
     table = np.array(sorted(rows, key=lambda row: row[0]), dtype=np.int64).reshape(len(rows), 4)
     entry, begin = np.unique(table[:, 0], return_index=True)
-    columns = (np.ascontiguousarray(table[:, k]) for k in (1, 2, 3))
-    return Drums(entry, np.append(begin, len(rows)), *columns, np.zeros(4))
+    function, elements, element = (np.ascontiguousarray(table[:, k]) for k in (1, 2, 3))
+    return Drums(entry, np.append(begin, len(rows)), function, elements, element, np.zeros(4))
 
 
 @njit(cache=True, **INLINED)
