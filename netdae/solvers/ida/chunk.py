@@ -98,7 +98,7 @@ def _limit_order(address: int, at: float, h: float) -> None:
     """
     u = record_at(address)
     u.since += 1
-    allowed = u.highest if u.since > SETTLING or u.stiffest == 0.0 else min(u.highest, LOW_ORDER)
+    allowed = u.highest if u.since > SETTLING else u.allowed
     if u.low != 0:
         call(u.get_order, (u.memory, address + _ORDER))
         order = u.order & 0xFFFFFFFF

@@ -95,14 +95,17 @@ class IdaMemory:
             highest=options.max_order or HIGHEST_ORDER,
         )
 
-    def start(self, t: float) -> None:
-        """Start afresh at t from the record's first states and slopes; the record counts failures from now on."""
+    def start(self, t: float, taut: bool) -> None:
+        """Start afresh at t from the record's first states and slopes; the record counts failures from now on.
+
+        taut : whether a cable pulls: then the order stays low until the steps show how long they will be
+        """
         put(word(self._y), 1, self._data[0])
         put(word(self._yp), 1, self._data[1])
         self._library.call("IDAReInit", self._ida, t, self._y, self._yp)
         self._library.call("IDAGetNumErrTestFails", self._ida, self._address + _ERRORS_FAILED)
         allowed = self._record["highest"]
-        if self._record["stiffest"] > 0.0:
+        if taut:
             allowed = min(allowed, LOW_ORDER)
         self._library.call("IDASetMaxOrd", self._ida, allowed)
         self._record.set(allowed=allowed, since=0, above=0, failed_earlier=0, h_before=0.0)

@@ -136,7 +136,8 @@ class NativeIda:
         chunk.states[0], chunk.slopes[0] = y.ravel(), yp.ravel()
         self._record.set(stuck=0)
         self._polish.stiffest, self._polish.wanted = self._record.enter(phase, y[0]), False
-        self._memory.start(t)
+        taut = self._polish.stiffest > 0.0 and self._system.peak_tension(y[0]) > 0.0
+        self._memory.start(t, taut)
         self._failed_before = self._record["errors_failed"]
         self.counts["starts"] += 1
         self.go_on(phase)

@@ -6,7 +6,8 @@ from differences over h alone. So x is moved by the δ with which the formula of
 
     M (a + c² δ) = f(x + δ, v + c δ),       c = 3/(2h),
 
-of which δ is the stretch error along a taut cable, and next to nothing across it. A step that a stop cuts short ends
+of which δ is the stretch error along a taut cable, and next to nothing across it. Nodes without a cable near taut stay:
+there the polynomial is the better of the two. A step that a stop cuts short ends
 with another error of its v̇ than those before: there a is extrapolated from them.
 """
 
@@ -22,6 +23,7 @@ from netdae.solvers.stepper import Step
 from netdae.system.system import System
 
 STRETCHED = 1.0  # κ h² above which it pays
+NEAR = 1e-3  # strain below zero from which a cable counts as near taut
 SETTLED = 1e-6  # of the position's tolerance: what the last iteration moves
 
 End = tuple[float, FloatArray]
@@ -44,6 +46,10 @@ class Polish:
         """The state inside a step of length h, in a part of a phase; as it is where no balance is found."""
         if not (self.wanted and self.stiffest * h * h > STRETCHED):
             return step
+        stays = np.ones(self._system.net.node_count, dtype=np.bool_)
+        stays[self._system.net.cables[self._system.strain(step.y[0]) > -NEAR]] = False
+        if stays.all():
+            return step
         if self._solver is None:
             self._solver = CondensedSolver(self._system)
         c, mass, (x, v), a = 1.5 / h, self._system.mass[:, None], step.y, step.yp[1]
@@ -51,7 +57,7 @@ class Polish:
         for _ in range(ITERATIONS):
             place, speed = x + moved, v + c * moved
             left = mass * (a + c * c * moved) - part.force(step.t, place, speed)
-            left[self._system.restrained] = 0.0
+            left[self._system.restrained] = left[stays] = 0.0
             try:
                 self._solver.setup(part, step.t, place, speed, c)
             except RunError:

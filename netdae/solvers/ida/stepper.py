@@ -117,8 +117,9 @@ class IdaSolver:
         self._polish.stiffest = float(self._damped.kappa[0])
         # without any dashpot on taut cables, a start with looser tolerances would only make waves
         bare = self._damped.kappa[0] > 0.0 and self._damped.tau[-1] == 0.0
-        self._low = bool(bare and self._system.peak_tension(y[0]) > 0.0)
-        self._undamped, self._begun = 2 if self._low else 0, False
+        taut = self._damped.kappa[0] > 0.0 and self._system.peak_tension(y[0]) > 0.0
+        self._low = bool(bare and taut)
+        self._undamped, self._begun = 2 if self._low else 0, not bool(taut)
         self._iteration.free, self._polish.wanted = self._frozen and self._low, self._low
         self._state = y, yp
         self._h, self._earlier, self._last = 0.0, (t, yp[1].copy()), (t, yp[1].copy())
