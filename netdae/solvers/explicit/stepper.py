@@ -21,6 +21,7 @@ from netdae.core.errors import RunError
 from netdae.forces.reel import WOUND_IN
 from netdae.model.restraints import Drive
 from netdae.solvers.explicit.chunk import Chunk, after, between, share_of, share_reported, step_of
+from netdae.solvers.explicit.guard import ROUND_OFF, Guard
 from netdae.solvers.explicit.kernel import Kernel
 from netdae.solvers.explicit.parts import POWERS, Tally
 from netdae.solvers.explicit.stable_step import STIFF, rate_of, stable_step, without_bound
@@ -40,7 +41,6 @@ HELD = {"fast": 0.005, "standard": 0.002, "accurate": 0.0005}
 RATES_HOLD = 50  # chunks after which the rate of forces without a bound is checked again
 SUDDEN = 8  # steps of a chunk where such forces may come and go, as those with a part in Newton's matrix do
 UNBOUND = 1e-3  # s, where no moving part bounds the step
-UNSTABLE = 0.1  # gain of energy, as a share of the largest, that no stable flight has
 
 
 class ExplicitSolver:
@@ -71,8 +71,9 @@ class ExplicitSolver:
         self._lengths = np.zeros(0)
         self._stable = 0.0
         self._peak = 0.0
-        self._energy = self._scale = math.nan
-        self._gained = 0.0
+        self._guard = Guard(0.0)
+        cables = system.cables
+        self._floor = 0.5 * ROUND_OFF**2 * float(np.sum(cables.EA * cables.L))  # J
         self.every_step = False
         self.scan: Scan | None = None
         self.counts: Counter[str] = Counter()
@@ -85,9 +86,7 @@ class ExplicitSolver:
         self._kernel.look_at_anchors()
         self._kernel.go_on(phase, t)
         self._now = np.stack((y[0].ravel(), y[1].ravel(), yp[1].ravel()))
-        self._energy = self._energy_now()
-        self._scale = abs(self._energy)
-        self._gained = 0.0
+        self._guard = Guard(self._energy_now())
         self._limit(float(self._system.strain(y[0]).max()), 0.0)
         self.counts["starts"] += 1
 
@@ -167,14 +166,12 @@ class ExplicitSolver:
             self._strain_limit,
             self._stable,
             self._peak,
-            self._energy,
-            self._scale,
-            self._gained,
             self._rate_limit,
             self._span,
             self._look_in,
             self._stiffest,
             self._held,
+            *self._guard,
         )
         return {
             "v": self._now[1].copy(),
@@ -190,9 +187,9 @@ class ExplicitSolver:
         self._now[1], self._now[2], self._lengths = memory["v"], memory["a"], memory["lengths"].copy()
         self._fresh, self._powers = bool(memory["fresh"]), memory["powers"].copy()
         numbers = memory["numbers"].tolist()
-        self._t, self._strain_limit, self._stable, self._peak = numbers[:4]
-        self._energy, self._scale, self._gained, self._rate_limit, self._span = numbers[4:9]
-        self._look_in, self._stiffest, self._held = int(numbers[9]), numbers[10], numbers[11]
+        self._t, self._strain_limit, self._stable, self._peak, self._rate_limit, self._span = numbers[:6]
+        self._look_in, self._stiffest, self._held = int(numbers[6]), numbers[7], numbers[8]
+        self._guard = Guard(*numbers[9:])
         self._kernel.table.watch(WOUND_IN * self._lengths)
 
     def _places(self) -> tuple[FloatArray, FloatArray]:
@@ -303,24 +300,29 @@ class ExplicitSolver:
         return self._system.kinetic_energy(v) + self._system.elastic_energy(x, t=self._t)
 
     def _check_energy(self, share: Share | None) -> None:
-        """Raise RunError where energy has come out of nothing, as with a step that is too long."""
+        """Raise RunError where energy has come out of nothing for several chunks, see `guard`."""
         assert share is not None
-        energy = self._energy_now()
-        self._gained += share.external_work - max(share.dissipated_energy, 0.0)  # no damper gives energy
-        self._scale = max(self._scale, energy, abs(self._gained))
-        excess = energy - self._energy - self._gained
-        if not math.isfinite(excess):
+        h, a = self._chunk.h, self._now[2].reshape(-1, 3)
+        self._guard = self._guard.after(
+            self._energy_now(),
+            0.25 * h * h * self._system.kinetic_energy(a),
+            share.external_work,
+            share.dissipated_energy,
+            share=FRACTIONS[self._options.accuracy],
+            floor=self._floor,
+        )
+        if not math.isfinite(self._guard.rise):
             bad = np.argwhere(~np.isfinite(self._now).reshape(3, -1, 3).all(axis=(0, 2)))
             where = f" at node {bad[0, 0]}" if len(bad) else ""
             raise RunError(
                 f"the run failed at t = {self._t:.9g} s: its state{where} is not finite: a force gave no number, or "
                 f"the explicit step of {self._chunk.h:.3g} s is much too long"
             )
-        if excess > UNSTABLE * self._scale:
+        if self._guard.stops:
             speed = np.linalg.norm(self._places()[1], axis=1)
             node = int(np.argmax(speed))
             raise RunError(
-                f"the run failed at t = {self._t:.9g} s: its energy rose by {excess:.3g} J out of nothing, the "
-                f"explicit step of {self._chunk.h:.3g} s is too long; worst is node {node} with {speed[node]:.3g} m/s. "
-                "Try a smaller max_step, or method = 'ida'"
+                f"the run failed at t = {self._t:.9g} s: its energy rose by {self._guard.rise:.3g} J out of nothing, "
+                f"the explicit step of {self._chunk.h:.3g} s is too long; worst is node {node} with "
+                f"{speed[node]:.3g} m/s. Try a smaller max_step, or method = 'ida'"
             )
