@@ -14,6 +14,11 @@ of which the first term is −S(x) x of Eq. (5). Its derivatives, with g″ wher
 
 for τ = 0 the tangent of Eq. (6), and zero wherever the cable is slack or S11 is held at zero.
 d ⊗ w is the one unsymmetric part.
+
+Between two places, of strain E₀ with d₀ and E₁ with d₁, the mean force q̄ ½ (d₀ + d₁) does the work of the stored energy
+U if q̄ = (U₁ − U₀)/(½ (d₁·d₁ − d₀·d₀)), which is EĀ/L̄ times the mean of n over the law's own strain from one place to the
+other: ½ (E₀ + E₁) of Eq. (4) where both are taut, and E₁²/(2 (E₁ − E₀)) where the first is slack. The engineering law has
+the factor 2/(λ₀ + λ₁), the change of λ − 1 over that of E11.
 """
 
 from __future__ import annotations
@@ -128,6 +133,52 @@ def _energy(p: Cable, e: int, d: Vector) -> float:
 
 
 @compiled
+def mean_of_law(e0: float, e1: float, eps: float) -> float:
+    """Mean of n(e) of `law_of` over the strains from e0 to e1: the stored energy's difference over theirs.
+
+    Summed piece by piece, slack, toe and straight, so that nothing cancels where they are close.
+    """
+    low, high = min(e0, e1), max(e0, e1)
+    if high <= 0.0:
+        return 0.0
+    width, mean = high - low, 0.0
+    a, b = max(low, 0.0), min(high, eps)
+    if a < b or (width == 0.0 and high < eps):
+        mean += (a * a + a * b + b * b) / (6.0 * eps) * ((b - a) / width if width > 0.0 else 1.0)
+    a = max(low, eps)
+    if a < high or (width == 0.0 and high >= eps):
+        mean += 0.5 * (a + high - eps) * ((high - a) / width if width > 0.0 else 1.0)
+    return mean
+
+
+@compiled
+def _between(p: Cable, e: int, d: Vector, g: Vector, f: FloatArray) -> bool:
+    before = d[0] * d[0] + d[1] * d[1] + d[2] * d[2] - p.L2[e]
+    after = g[0] * g[0] + g[1] * g[1] + g[2] * g[2] - p.L2[e]
+    if before < 0.0 and after < 0.0:
+        return False
+    if p.plain:
+        if before >= 0.0 and after >= 0.0:
+            q = p.half[e] * 0.5 * (before + after)
+        else:
+            taut = max(before, after)
+            q = p.half[e] * 0.5 * taut * (taut / abs(after - before))
+    elif p.engineering[e]:
+        s0, s1 = np.sqrt(1.0 + before / p.L2[e]), np.sqrt(1.0 + after / p.L2[e])
+        e0, e1 = before / p.L2[e] / (1.0 + s0), after / p.L2[e] / (1.0 + s1)
+        q = p.EA[e] / p.L[e] * mean_of_law(e0, e1, p.eps[e]) * 2.0 / (s0 + s1)
+    else:
+        q = p.EA[e] / p.L[e] * mean_of_law(0.5 * before / p.L2[e], 0.5 * after / p.L2[e], p.eps[e])
+    for c in range(3):
+        f[c] = 0.5 * q * (d[c] + g[c])
+    return True
+
+
+def _is_lossless(p: Cable) -> bool:
+    return not p.viscous.any()
+
+
+@compiled
 def _measured(p: Cable, e: int, d: Vector) -> tuple[float, float]:
     l2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2]
     elastic, _ = densities_of(p, e, l2 - p.L2[e], 0.0)
@@ -173,6 +224,8 @@ CABLE = Law(
     measured=_measured,
     near=_near,
     bound=_bound,
+    between=_between,
+    lossless=_is_lossless,
 )
 
 

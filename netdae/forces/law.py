@@ -90,6 +90,10 @@ def _no_dyads(parameters: Any) -> int:
     return 0
 
 
+def _always(parameters: Any) -> bool:
+    return True
+
+
 @dataclass(frozen=True, eq=False)
 class Law:
     """A force as data: the class of its parameters, and its functions; see the module.
@@ -110,6 +114,9 @@ class Law:
     implicit : whether an explicit step evaluates it at the end of the step, along x of drums, whatever its stiffness
     steady : whether its tangent is a constant ∂f/∂v
     ranked : (parameters, D) -> name, force in N and formula for the ranking of forces on a net that moves by D in m
+    between : (p, e, x, y, f) -> bool, adds the mean force between two places to f, (k, 3) or (3,): the negative stored
+        energy's difference is its work, along the mean d it keeps both momenta; see `explicit.discrete_gradient`
+    lossless : (parameters) -> whether `between` is the whole force
     bound : (parameters, nodes, strain, x) -> what the stable explicit step sees of it while no E11 passes `strain`;
         None takes the current tangent, which suffices for forces that change slowly
     """
@@ -134,6 +141,8 @@ class Law:
     implicit: bool = False
     steady: bool = False
     ranked: Callable[[Any, float], tuple[str, float, str]] | None = None
+    between: Any = None
+    lossless: Callable[[Any], bool] = _always
     bound: Callable[[Any, IntArray, float, FloatArray], list[Family]] | None = None
 
     def __post_init__(self) -> None:

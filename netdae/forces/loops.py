@@ -125,6 +125,7 @@ _near, _near_of = _stub("near")
 _rest, _rest_of = _stub("rest")
 _linked, _linked_of = _stub("linked")
 _rate, _rate_of = _stub("rate")
+_between, _between_of = _stub("between")
 
 
 @overload(_force, jit_options=INLINED)
@@ -173,6 +174,12 @@ def _(p, x, v, chain, left, by_x, by_v):  # type: ignore[no-untyped-def]
 def _(p, x, v, share):  # type: ignore[no-untyped-def]
     law = _rate_of(p)
     return lambda p, x, v, share: law(p, x, v, share)
+
+
+@overload(_between, jit_options=INLINED)
+def _(p, e, x, y, f):  # type: ignore[no-untyped-def]
+    law = _between_of(p)
+    return lambda p, e, x, y, f: law(p, e, x, y, f)
 
 
 # What elements of any number of nodes have in common
@@ -661,6 +668,117 @@ def _at_drum_of(law: Law) -> Any:
     return at_drum
 
 
+def _between_pair(law: Law) -> Any:
+    Parameters, version, sifted = law.parameters, law.version, law.near is not None
+
+    @cfunc(_I(_A, _A, _A, _A, _A), cache=bool(version), **OPTIONS)
+    def between(elements, x, y, f, sums):  # type: ignore[no-untyped-def]
+        version  # noqa: B018  # distinguishes what is cached on disk
+        el = load(elements, Elements)
+        p: Any = load(el.parameters, Parameters)
+        n3, nodes, fc = 3 * len(el.in_space), el.nodes, el.room[0:3]
+        X, Y, F = floats(x, n3), floats(y, n3), floats(f, n3)
+        for q in range(el.counts[NEAR] if sifted else len(nodes)):
+            e = index(el.near[q]) if sifted else q
+            i, j = index(nodes[e, 0]), index(nodes[e, 1])
+            d = (X[j] - X[i], X[j + 1] - X[i + 1], X[j + 2] - X[i + 2])
+            g = (Y[j] - Y[i], Y[j + 1] - Y[i + 1], Y[j + 2] - Y[i + 2])
+            if _between(p, e, d, g, fc):
+                for c in range(3):
+                    F[i + c] += fc[c]
+                    F[j + c] -= fc[c]
+                    fc[c] = 0.0
+        return 0
+
+    return between
+
+
+def _between_elements(law: Law) -> Any:
+    Parameters, version, k_of_law = law.parameters, law.version, law.nodes
+    from_outside, sifted = law.external, law.near is not None
+
+    @cfunc(_I(_A, _A, _A, _A, _A), cache=bool(version), **OPTIONS)
+    def between(elements, x, y, f, sums):  # type: ignore[no-untyped-def]
+        version  # noqa: B018  # distinguishes what is cached on disk
+        el = load(elements, Elements)
+        p: Any = load(el.parameters, Parameters)
+        n3, nodes, total = 3 * len(el.in_space), el.nodes, floats(sums, SUMS)
+        X, Y, F = floats(x, n3), floats(y, n3), floats(f, n3)
+        k = k_of_law if k_of_law > 0 else nodes.shape[1]
+        room = el.room.reshape((5, k, 3))
+        xe, ye, fc = room[0], room[1], room[2]
+        for q in range(el.counts[NEAR] if sifted else len(nodes)):
+            e = index(el.near[q]) if sifted else q
+            _gather(nodes, e, k, X, xe)
+            _gather(nodes, e, k, Y, ye)
+            if not _between(p, e, xe, ye, fc):
+                continue
+            for a in range(k):
+                i = index(nodes[e, a])
+                for c in range(3):
+                    xe[a, c] = 0.5 * (xe[a, c] + ye[a, c])
+                for c in range(3):
+                    F[i + c] += fc[a, c]
+                    if from_outside and el.in_space[i // 3]:
+                        _add_wrench(xe[a], c, fc[a, c], total)
+                    fc[a, c] = 0.0
+        return 0
+
+    return between
+
+
+@njit(cache=True, **INLINED)
+def _turning(h: float, d: Any, v: Any, g: Any, w: Any) -> tuple[float, Any]:
+    """Where in a step from d, v to g, w the length stops growing, as a share of it, and d there; by cubics."""
+    rises = h * (d[0] * v[0] + d[1] * v[1] + d[2] * v[2])
+    falls = h * (g[0] * w[0] + g[1] * w[1] + g[2] * w[2])
+    gain = 0.5 * (g[0] * g[0] + g[1] * g[1] + g[2] * g[2] - d[0] * d[0] - d[1] * d[1] - d[2] * d[2])
+    A, B = 3.0 * (rises + falls - 2.0 * gain), 2.0 * (3.0 * gain - 2.0 * rises - falls)
+    s = min(max(2.0 * rises / (np.sqrt(max(B * B - 4.0 * A * rises, 0.0)) - B), 0.0), 1.0)
+    r = 1.0 - s
+    a, b, c, e = r * r * (1.0 + 2.0 * s), s * s * (3.0 - 2.0 * s), h * s * r * r, -h * s * s * r
+    return s, (
+        a * d[0] + b * g[0] + c * v[0] + e * w[0],
+        a * d[1] + b * g[1] + c * v[1] + e * w[1],
+        a * d[2] + b * g[2] + c * v[2] + e * w[2],
+    )
+
+
+def _crest_of_pair(law: Law) -> Any:
+    Parameters, version, sifted = law.parameters, law.version, law.near is not None
+
+    @cfunc(_I(_A, _A, _A, _A, _A, _D, _A), cache=bool(version), **OPTIONS)
+    def crest(elements, x, v, y, w, h, found):  # type: ignore[no-untyped-def]
+        """Largest square of tension and strain at y, and inside the step, see `table.find_crests`."""
+        version  # noqa: B018  # distinguishes what is cached on disk
+        el = load(elements, Elements)
+        p: Any = load(el.parameters, Parameters)
+        n3, nodes, out = 3 * len(el.in_space), el.nodes, floats(found, 5)
+        X, V, Y, W = floats(x, n3), floats(v, n3), floats(y, n3), floats(w, n3)
+        for q in range(el.counts[NEAR] if sifted else len(nodes)):
+            e = index(el.near[q]) if sifted else q
+            i, j = index(nodes[e, 0]), index(nodes[e, 1])
+            g = (Y[j] - Y[i], Y[j + 1] - Y[i + 1], Y[j + 2] - Y[i + 2])
+            square, stretched = _measured(p, e, g)
+            if stretched > 0.0:
+                out[0] = max(out[0], square)
+            out[1] = max(out[1], stretched)
+            u = (W[j] - W[i], W[j + 1] - W[i + 1], W[j + 2] - W[i + 2])
+            if g[0] * u[0] + g[1] * u[1] + g[2] * u[2] >= 0.0:
+                continue
+            d = (X[j] - X[i], X[j + 1] - X[i + 1], X[j + 2] - X[i + 2])
+            t = (V[j] - V[i], V[j + 1] - V[i + 1], V[j + 2] - V[i + 2])
+            if d[0] * t[0] + d[1] * t[1] + d[2] * t[2] > 0.0:
+                s, top = _turning(h, d, t, g, u)
+                square, stretched = _measured(p, e, top)
+                if stretched > 0.0 and square > out[2]:
+                    out[2], out[3] = square, s
+                out[4] = max(out[4], stretched)
+        return 0
+
+    return crest
+
+
 def _has(law: Law) -> tuple[bool, bool, bool]:
     return tuple(share in law.shares for share in Shares._fields)  # type: ignore[return-value]
 
@@ -683,6 +801,10 @@ def _made(law: Law, name: str) -> Any:
             return _rests_of(law)
         case "rate" if law.rate is not None:
             return _rate_of_friction(law)
+        case "between" if law.between is not None:
+            return _between_pair(law) if law.pair else _between_elements(law)
+        case "crest" if law.pair and law.measured is not None:
+            return _crest_of_pair(law)
         case "at_drum" if law.implicit:
             return _at_drum_of(law)
     return None

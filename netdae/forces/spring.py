@@ -148,6 +148,36 @@ def _ground_energy(p: GroundSpring, e: int, x: FloatArray) -> float:
     return 0.5 * p.stiffness[e] * stretch * stretch
 
 
+@compiled
+def _mean_pull(k: float, L: float, d: Vector, g: Vector, f: FloatArray) -> None:
+    lengths = np.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]) + np.sqrt(
+        g[0] * g[0] + g[1] * g[1] + g[2] * g[2]
+    )
+    q = k
+    if L > 0.0:
+        q = k * (1.0 - 2.0 * L / lengths) if lengths > 0.0 else 0.0
+    for a in range(3):
+        f[a] = 0.5 * q * (d[a] + g[a])
+
+
+@compiled
+def _strut_between(p: Strut, e: int, d: Vector, g: Vector, f: FloatArray) -> bool:
+    _mean_pull(p.stiffness[e], p.L[e], d, g, f)
+    return True
+
+
+@compiled
+def _ground_between(p: GroundSpring, e: int, x: FloatArray, y: FloatArray, f: FloatArray) -> bool:
+    d = p.anchor[e, 0] - x[0, 0], p.anchor[e, 1] - x[0, 1], p.anchor[e, 2] - x[0, 2]
+    g = p.anchor[e, 0] - y[0, 0], p.anchor[e, 1] - y[0, 1], p.anchor[e, 2] - y[0, 2]
+    _mean_pull(p.stiffness[e], p.L[e], d, g, f[0])
+    return True
+
+
+def _is_lossless(p: Strut | GroundSpring) -> bool:
+    return not p.viscosity.any()
+
+
 def _bound(p: Strut | GroundSpring, nodes: IntArray, strain: float, x: FloatArray) -> list[Family]:
     of_spring = np.stack((p.stiffness, p.viscosity))
     return [Family(nodes, np.repeat(of_spring[..., None], nodes.shape[1], axis=2))]
@@ -164,6 +194,8 @@ STRUT = Law(
     energy=_strut_energy,
     pair=True,
     shares=("conservative", "dissipative"),
+    between=_strut_between,
+    lossless=_is_lossless,
     ranked=_ranked,
     bound=_bound,
 )
@@ -174,6 +206,8 @@ GROUND_SPRING = Law(
     energy=_ground_energy,
     nodes=1,
     shares=("conservative", "dissipative"),
+    between=_ground_between,
+    lossless=_is_lossless,
     external=True,
     ranked=_ranked,
     bound=_bound,

@@ -27,7 +27,7 @@ from netdae.forces.loops import SUMS, loop_of
 from netdae.forces.python import PythonRow
 from netdae.model.signals import line_of
 
-COLUMNS = ("add", "rates", "tangents", "sift", "rests", "rate", "settle", "powers")
+COLUMNS = ("add", "rates", "tangents", "sift", "rests", "rate", "settle", "powers", "between", "crest")
 """C functions of a row."""
 
 
@@ -47,6 +47,8 @@ class Rows(NamedTuple):
     rate: Wholes
     settle: Wholes
     powers: Wholes
+    between: Wholes
+    crest: Wholes
     ahead: Wholes  # (r,), whether an explicit step gives it the velocity at the end of the step
     signal: Wholes  # where its value goes
     start: Reals2  # (r, 3)
@@ -165,6 +167,31 @@ def add_powers(rows: Rows, x: FloatArray, v: FloatArray, sums: FloatArray) -> No
     for r in range(len(rows.elements)):
         if rows.powers[r] != 0:
             call(rows.powers[r], (rows.elements[r], x.ctypes.data, v.ctypes.data, sums.ctypes.data))
+
+
+@njit(cache=True, **INLINED)
+def add_between(rows: Rows, x: FloatArray, y: FloatArray, f: FloatArray, sums: FloatArray) -> None:
+    """Add the mean forces between two places of the net to f (3n,), and external forces and torques to sums."""
+    for r in range(len(rows.elements)):
+        call(
+            rows.between[r], (rows.elements[r], x.ctypes.data, y.ctypes.data, f.ctypes.data, sums.ctypes.data)
+        )
+
+
+@njit(cache=True, **INLINED)
+def find_crests(
+    rows: Rows, x: FloatArray, v: FloatArray, y: FloatArray, w: FloatArray, h: float, found: FloatArray
+) -> None:
+    """Write what was largest in a step of length h in s from x, v to y, w to found (5,).
+
+    Square of the tension in N² and strain at its end; and of an element that shortens again, the largest square inside
+    the step, the share of the step at which it is reached, and the largest strain.
+    """
+    found[0], found[1], found[2], found[3], found[4] = 0.0, -np.inf, 0.0, 1.0, -np.inf
+    for r in range(len(rows.elements)):
+        if rows.crest[r] != 0:
+            places = x.ctypes.data, v.ctypes.data, y.ctypes.data, w.ctypes.data
+            call(rows.crest[r], (rows.elements[r], *places, h, found.ctypes.data))
 
 
 _Ask = c.CFUNCTYPE(c.c_int, c.c_double)

@@ -13,8 +13,8 @@ mass may leave up to 1/(1 − r²) of its energy. So with `SPARE` for all else t
 than c = SPARE + r²/(1 − r²), or E by more than (1 + c)/(1 − r²) − 1, of the energy at the start and all work since.
 
 H is blind to a linear mode with h ω > 2, of which it keeps the growing and the decaying part apart; E is not, and such
-a mode grows by a factor in each step. Hence a rise must last: at the ends of `CHUNKS` chunks in a row, or of one where it
-is `SURE` times that energy. No rise counts below the energy of a strain of `ROUND_OFF` in all cables.
+a mode grows by a factor in each step. Hence a rise must last: at the ends of `CHUNKS` chunks in a row, or of one where
+it is `SURE` times that energy. No rise counts below the energy of a strain of `ROUND_OFF` in all cables.
 """
 
 from __future__ import annotations

@@ -15,6 +15,7 @@ from netdae.forces.table import Table
 from netdae.model.motions import Fixed
 from netdae.model.restraints import Drive
 from netdae.model.signals import is_constant
+from netdae.solvers.explicit.discrete_gradient import fly_lossless, room_for
 from netdae.solvers.explicit.drums import drums_of
 from netdae.solvers.explicit.parts import POWERS, Acting, Bodies, Held, Room, Tally
 from netdae.solvers.explicit.rayleigh import ImplicitDamping, drags_of
@@ -27,6 +28,7 @@ class Kernel:
 
     table : the forces that act in each step; `entries` (c,) are the restrained ones of x flat
     rubs : whether the friction of a drawcord at its rings bounds the step
+    lossless : whether its step is that of `discrete_gradient`
     """
 
     def __init__(self, system: System, drive: Drive, longest: int) -> None:
@@ -34,7 +36,11 @@ class Kernel:
         apart = [force for force, law in laws if law.implicit or law.steady]
         slow = [force for force, _ in laws if is_slow(force) and force not in apart]
         forces = [force for force in system.forces if force not in apart and force not in slow]
+        between = lossless_of(system)
+        self.lossless = len(between) > 0
+        forces = [force for force in forces if force not in between]
         self.table = Table(forces, system.in_space, watch_lengths=True)
+        self._between_table = Table(between, system.in_space)
         self._slow_table = Table(slow, system.in_space).prepare("add")
         self.table.prepare("add", "sift", "rests", "rate", "settle", "powers")
         drums = [force for force in apart if force.law.implicit]
@@ -50,9 +56,13 @@ class Kernel:
         shortest = float(system.net.rest_length.min(initial=math.inf))
         in_python = any(not isinstance(force, ElementForce) for force in forces)
         whole = in_python or self._damping.at(0.0).damps
-        always = _nodes_of([*forces, *drums], self.entries, system.net.node_count)
+        always = _nodes_of(between or [*forces, *drums], self.entries, system.net.node_count)
+        whole = whole and not self.lossless
         self._bodies = Record(Bodies(mass, share, system.in_space, always, whole, shortest))
         self._room = Record(_room_of(len(mass)))
+        if self.lossless:
+            self._between_table.prepare("add", "sift", "between", "crest")
+            self._between = Record(room_for(self._between_table.address, len(mass)))
         self.rubs = any(law.rate is not None and force.parameters.friction > 0 for force, law in laws)
         self._drums = Record(drums_of(drums, self._on_drums))
         self._acting = Record(
@@ -115,6 +125,13 @@ class Kernel:
             history = self._no_history
         records = self._bodies, self._acting, self._held, self._room
         addresses = tuple(record.address for record in records)
+        if self.lossless:
+            between = self._between.address
+            tally = fly_lossless(
+                xva.ctypes.data, addresses, between, motions, t, h, steps, hold, limits[0], history
+            )
+            self.table.check()
+            return tally
         before = np.zeros(POWERS) if powers is None else powers
         tally = fly(
             xva.ctypes.data,
@@ -132,6 +149,22 @@ class Kernel:
         )
         self.table.check()
         return tally
+
+
+def lossless_of(system: System) -> list[Force]:
+    """Forces between two places of an undamped net, see `discrete_gradient`; none where a net cannot be so flown.
+
+    Not with damping of the cables, nor with what slides through rings or is wound up by drums.
+    """
+    forces = [force for force in system.forces if isinstance(force, ElementForce)]
+    if system.reels or any(force.law.implicit or force.law.steady or force.law.rate for force in forces):
+        return []
+    found: list[Force] = [
+        force
+        for force in forces
+        if force.law.between is not None and force.law.lossless(force.parameters) and len(force.nodes)
+    ]
+    return found if system.cables.force in found else []
 
 
 def is_slow(force: Force) -> bool:

@@ -83,6 +83,8 @@ class Tally(NamedTuple):
     peak_step: int
     strain: float  # the largest E11
     rate: float  # the largest rate of friction, 1/s
+    crest: float  # N, the largest tension found inside of steps, see `discrete_gradient`
+    crest_at: float  # steps until then
 
 
 LOST, WORK, IMPULSE = 0, 1, 2

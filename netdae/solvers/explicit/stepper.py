@@ -20,7 +20,8 @@ from netdae.core.arrays import FloatArray
 from netdae.core.errors import RunError
 from netdae.forces.reel import WOUND_IN
 from netdae.model.restraints import Drive
-from netdae.solvers.explicit.chunk import Chunk, after, between, share_of, share_reported, step_of
+from netdae.solvers.explicit.chunk import Chunk, after, between, share_of, share_reported, step_of, sum_of, sum_of
+from netdae.solvers.explicit.discrete_gradient import LONGEST
 from netdae.solvers.explicit.guard import ROUND_OFF, Guard
 from netdae.solvers.explicit.kernel import Kernel
 from netdae.solvers.explicit.parts import POWERS, Tally
@@ -56,6 +57,9 @@ class ExplicitSolver:
         self._drive = drive
         self._options = options
         self._kernel = Kernel(system, drive, CHUNK)
+        self._share = FRACTIONS[options.accuracy]  # of the stable step
+        if self._kernel.lossless:
+            self._share = min(self._share, LONGEST)
         self._boundless = without_bound(system)
         self._sudden = any(force.newton != "nothing" for force in self._boundless)
         self._look_in, self._stiffest, self._held = 0, math.inf, math.inf
@@ -134,8 +138,9 @@ class ExplicitSolver:
             ]
         elif tally.peak > self._peak and tally.peak_step < tally.steps:
             inner = [self._again(tally.peak_step)[1]]
-        self._steps = [*inner, self._end_of(tally)]
-        self._peak = max(self._peak, tally.peak)
+        crest = self._crest_of(tally)
+        self._steps = [*sorted([*inner, *crest], key=lambda step: step.t), self._end_of(tally)]
+        self._peak = max(self._peak, tally.peak, *(step.share.peak_tension for step in crest if step.share))
         self.counts["steps"] += tally.steps
         if tally.steps < count:
             self._system.rest_lengths_on_reels(
@@ -237,6 +242,21 @@ class ExplicitSolver:
             return self._inner(0, self._chunk.xva, NOTHING), last
         return self._inner(count - 1, states[0], share_reported(sums[0], 9)), last
 
+    def _crest_of(self, tally: Tally) -> list[Step]:
+        """The state of a new largest tension inside a step, if there is one, by a step of part length."""
+        before = min(int(tally.crest_at), tally.steps - 1)
+        part = tally.crest_at - before
+        if tally.crest <= max(self._peak, tally.peak) or not 0.0 < part < 1.0:
+            return []
+        xva, share = self._chunk.xva.copy(), NOTHING
+        if before > 0:
+            state = self._again(before)[1]
+            xva, share = np.stack((state.y[0], state.y[1], state.yp[1])).reshape(3, -1), state.share
+        t, h = self._chunk.t + before * self._chunk.h, part * self._chunk.h
+        found = self._kernel.fly(self._phase, (t, h, xva), steps=1)
+        whole = sum_of(share_of(found), share)
+        return [step_of(t + h, xva, whole)]
+
     def _inner(self, count: int, xva: FloatArray, share: Share) -> Step:
         """The state (3, 3n) of the kernel after `count` steps of the last chunk."""
         return step_of(self._chunk.t + count * self._chunk.h, xva, share)
@@ -289,7 +309,7 @@ class ExplicitSolver:
     def _step_length(self, strain: float, rate: float) -> float:
         """The stable step while strain and rate of friction stay below these, times the fraction of the accuracy."""
         x, _ = self._places()
-        stable = FRACTIONS[self._options.accuracy] * stable_step(self._system, strain, rate=rate, x=x)
+        stable = self._share * stable_step(self._system, strain, rate=rate, x=x)
         longest = self._options.max_step or math.inf
         return min(stable, longest) if math.isfinite(min(stable, longest)) else UNBOUND
 
@@ -308,7 +328,7 @@ class ExplicitSolver:
             0.25 * h * h * self._system.kinetic_energy(a),
             share.external_work,
             share.dissipated_energy,
-            share=FRACTIONS[self._options.accuracy],
+            share=self._share,
             floor=self._floor,
         )
         if not math.isfinite(self._guard.rise):

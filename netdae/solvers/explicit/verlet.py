@@ -140,7 +140,7 @@ def fly(
     _end_step(v, a, v, room.f, bodies.share, h, held, motions[step])
     totals = np.empty(8)
     _close(v, h, lost, brought, rows, acting, room, powers, totals)
-    return Tally(step, totals[LOST], totals[WORK], totals[IMPULSE:], peak, peak_step, strain, rate)
+    return Tally(step, totals[LOST], totals[WORK], totals[IMPULSE:], peak, peak_step, strain, rate, 0.0, 0.0)
 
 
 @njit(**INLINED)
