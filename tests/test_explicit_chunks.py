@@ -35,7 +35,7 @@ def net_in_flight(seed=5, speed=10.0, **more):
     return system, State.at(net.nodes, random_velocities(net, seed, speed) * ~system.restrained)
 
 
-def with_reel():
+def with_reel(damping=None):
     """A tether of two cables between two bodies, of which one is paid out under a brake."""
     nodes = np.array([[0, 0, 0], [0.5, 0, 0], [1.0, 0, 0], [0, 0, 0]], dtype=float)
     net = CableNet(nodes, [[0, 1], [1, 2]], {"ends": [0, 2]}, rest_length=[0.5, 0.5])
@@ -44,7 +44,7 @@ def with_reel():
         net,
         SOFT,
         masses={"ends": 0.2},
-        damping=Dashpot(viscosity_time=2e-4),
+        damping=damping or Dashpot(viscosity_time=2e-4),
         reels=[reel],
     )
     v = np.zeros((4, 3))

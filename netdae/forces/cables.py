@@ -15,10 +15,10 @@ of which the first term is −S(x) x of Eq. (5). Its derivatives, with g″ wher
 for τ = 0 the tangent of Eq. (6), and zero wherever the cable is slack or S11 is held at zero.
 d ⊗ w is the one unsymmetric part.
 
-Between two places, of strain E₀ with d₀ and E₁ with d₁, the mean force q̄ ½ (d₀ + d₁) does the work of the stored energy
-U if q̄ = (U₁ − U₀)/(½ (d₁·d₁ − d₀·d₀)), which is EĀ/L̄ times the mean of n over the law's own strain from one place to the
-other: ½ (E₀ + E₁) of Eq. (4) where both are taut, and E₁²/(2 (E₁ − E₀)) where the first is slack. The engineering law has
-the factor 2/(λ₀ + λ₁), the change of λ − 1 over that of E11.
+Between two places, of strain E₀ with d₀ and E₁ with d₁, the mean force q̄ ½ (d₀ + d₁) does the work of the stored
+energy U if q̄ = (U₁ − U₀)/(½ (d₁·d₁ − d₀·d₀)), which is EĀ/L̄ times the mean of n over the law's own strain from one to
+the other: ½ (E₀ + E₁) of Eq. (4) where both are taut, and E₁²/(2 (E₁ − E₀)) where the first is slack. The engineering
+law has the factor 2/(λ₀ + λ₁), the change of λ − 1 over that of E11.
 """
 
 from __future__ import annotations

@@ -3,9 +3,9 @@
 Symbols: x, v, M as in `verlet`; U the energy stored in cables and springs, s = ½ d·d of one of them with d = xⱼ − xᵢ;
 h step length; a bar over what is between two instants.
 
-Verlet's step is stable for linear nets only. Each time that a cable goes taut or slack within a step it gives or takes up
-to (h ω)²/4 of the energy of the encounter, see `guard`; without a damper nothing takes what is given, and no step length
-makes the sum bounded. This step replaces −∇U by a discrete gradient (O. Gonzalez, Time integration and discrete
+Verlet's step is stable for linear nets only. Each time that a cable goes taut or slack within a step it gives or takes
+up to (h ω)²/4 of the energy of the encounter, see `guard`; without a damper nothing takes what is given, and no step
+length makes the sum bounded. This step replaces −∇U by a discrete gradient (O. Gonzalez, Time integration and discrete
 Hamiltonian systems, J. Nonlinear Sci. 6, 1996; J. C. Simo and N. Tarnow, The discrete energy-momentum method, ZAMP 43,
 1992):
 
@@ -18,12 +18,13 @@ cable, at the mean places, (x₀ + x₁)/2; since x₁ − x₀ is along the mea
 order: q̄ is the stress at the middle but for h², see `forces.cables` for it without cancellation.
 
 x₁ is found by fixed point, x₁ ← x₀ + h v₀ + ½ h² f̄(x₀, x₁)/M, to `NEAR` m or the last digit of x. f̄ depends on x₁ with
-half the stiffness, so the error falls by (h ω)²/4 ≤ r² each time, with r the share of the longest stable step: four times
-at r = `LONGEST`. Where it does not, as at a strain beyond its limit, the step is taken in 2, 4, 8, ... equal parts.
+half the stiffness, so the error falls by (h ω)²/4 ≤ r² each time, with r the share of the longest stable step: four
+times at r = `LONGEST`. Where it does not, as at a strain beyond its limit, the step is taken in 2, 4, 8, ... equal
+parts.
 
-All other forces act as in `verlet`, by kicks of h/2 before and after: at the instants, with the velocity expected there.
-Their work is that of the mean velocity of each kick, which is exact. Restrained axes are moved evenly from one place to
-the next, and what holds them is booked by what f̄ and the kicks do to them.
+All other forces act as in `verlet`, by kicks of h/2 before and after: at the instants, with the velocity expected
+there. Their work is that of the mean velocity of each kick, which is exact. Restrained axes are moved evenly from one
+place to the next, and what holds them is booked by what f̄ and the kicks do to them.
 
 Where a cable shortens again within a step, its largest tension is inside of it, where `stepper` looks by a step of part
 length.
@@ -36,8 +37,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from netdae.core.addresses import floats
-from netdae.core.arrays import FloatArray, Reals
+from netdae.core.addresses import floats, index
+from netdae.core.arrays import BoolArray, FloatArray, Reals, Wholes, wholes
 from netdae.core.records import load
 from netdae.forces.law import FAST
 from netdae.forces.loops import DISSIPATED, EXTERNAL, FORCE, GIVEN, SUMS, TAKEN
@@ -76,8 +77,10 @@ class Between(NamedTuple):
     guess: Reals  # N, of the step before
     former: Reals  # N, of that before it
     now: Reals  # m/s, expected velocity at the instant
-    old: Reals  # m, at the start of the part of a step that is solved for
-    speed: Reals  # m/s, there
+    old: Reals  # m, at the start of a part of a step, or where axes are restrained
+    speed: Reals  # m/s, there, and even ones of restrained axes
+    active: Wholes  # (n,), 3i of the nodes on which mean forces may act
+    many: Wholes  # (1,), how many these are
     found: Reals  # (5,), see `find_crests`
     gained: Reals  # (8,), by the balance in this step
     sums: Reals  # of forces, see `forces.loops`
@@ -86,7 +89,25 @@ class Between(NamedTuple):
 
 def room_for(rows: int, size: int) -> Between:
     """A Between for nets of `size` unknowns."""
-    return Between(rows, *np.zeros((9, size)), np.zeros(5), np.zeros(POWERS), np.zeros(SUMS), np.zeros(2))
+    x, v, whole, f, guess, former, now, old, speed = np.zeros((9, size))
+    return Between(
+        rows=rows,
+        x=x,
+        v=v,
+        whole=whole,
+        f=f,
+        guess=guess,
+        former=former,
+        now=now,
+        old=old,
+        speed=speed,
+        active=wholes(size // 3),
+        many=wholes(1),
+        found=np.zeros(5),
+        gained=np.zeros(POWERS),
+        sums=np.zeros(SUMS),
+        passes=np.zeros(2),
+    )
 
 
 @njit(cache=True, fastmath=FAST)
@@ -113,19 +134,23 @@ def fly_lossless(
     rows, own, quiet = load(acting.rows, Rows), load(b.rows, Rows), steps - len(history[0])
     peak, peak_step, strain, step, short = 0.0, 0, -np.inf, 0, False
     crest, crest_at, slowly = 0.0, 0.0, len(acting.slow) > 0
+    kicks = slowly or len(rows.elements) > 0
+    before = b.whole if kicks else b.v
     near = _begin(x, v, a, bodies, acting, held, room, rows, b, t, h)
     while step < steps and strain <= strain_limit and not short:
         step += 1
-        for i in range(size):
-            b.whole[i] = v[i]
-        _kick_again(x, v, 0.5 * h, bodies, acting, held, room, rows)
+        if kicks:
+            for i in range(size):
+                b.whole[i] = v[i]
+            _kick_again(x, v, 0.5 * h, bodies, acting, held, room, rows)
         _advance(x, v, h, near, motions, step, bodies, acting, held, room, rows, own, b)
-        for i in range(size):  # as if other forces were as before
-            b.now[i] = v[i] + 0.5 * h * bodies.share[i] * room.f[i]
-        if slowly and (step - 1) % hold == 0:
-            _find_slow(t + step * h, x, h, hold, bodies, acting, room, b)
-        _kick(t + step * h, x, v, b.now, 0.5 * h, bodies, acting, held, room, rows)
-        find_crests(own, b.x, b.whole, x, v, h, b.found)
+        if kicks:
+            for i in range(size):  # as if other forces were as before
+                b.now[i] = v[i] + 0.5 * room.kick[i] * room.f[i]
+            if slowly and (step - 1) % hold == 0:
+                _find_slow(t + step * h, x, h, hold, bodies, acting, room, b)
+            _kick(t + step * h, x, v, b.now, 0.5 * h, bodies, acting, held, room, rows)
+        find_crests(own, b.x, before, x, v, h, b.found)
         tension = np.sqrt(b.found[0])
         strain = max(strain, max(b.found[1], b.found[4]))
         if tension > peak:
@@ -145,7 +170,16 @@ def fly_lossless(
     _accelerate(x, v, a, bodies, held, room, own, motions[step], b)
     gained = room.gained
     return Tally(
-        step, gained[LOST], gained[WORK], gained[IMPULSE:].copy(), peak, peak_step, strain, 0.0, crest, crest_at
+        step,
+        gained[LOST],
+        gained[WORK],
+        gained[IMPULSE:].copy(),
+        peak,
+        peak_step,
+        strain,
+        0.0,
+        crest,
+        crest_at,
     )
 
 
@@ -328,18 +362,15 @@ def _advance(
     reach[WIDE_WAY] += way
     for k in range(8):
         gained[k] += b.gained[k]
-    for c in range(len(held.entry)):  # its share of the kinetic energy, and of the momentum at the mean place
+    for c in range(len(held.entry)):  # its share of the kinetic energy and of the momenta
         i, k = held.entry[c], held.motion[c]
         before, after = motions[step - 1, 1, k], motions[step, 1, k]
-        gained[WORK] += 0.5 * bodies.mass[i] * (after * after - before * before)
         v[i] = after
-        place = x[i]
-        x[i] = 0.5 * (x[i] + b.x[i])
-        if after != before:
-            add_force(x, i, bodies.mass[i] * (after - before), bodies.in_space, gained[IMPULSE:])
-        x[i] = place
-    for i in range(len(x)):
-        b.former[i], b.guess[i] = b.guess[i], b.f[i]
+        gained[WORK] += 0.5 * bodies.mass[i] * (after * after - before * before)
+        _add_halfway(b.x, x, i, bodies.mass[i] * (after - before), bodies.in_space, gained)
+    for q in range(b.many[0]):
+        for i in range(index(b.active[q]), index(b.active[q]) + 3):
+            b.former[i], b.guess[i] = b.guess[i], b.f[i]
 
 
 @njit(**INLINED)
@@ -361,7 +392,14 @@ def _look_at_all(
 ) -> None:
     """Find the elements that may act until the next look, see `active`; the expected velocities are in `now`."""
     look(x, b.now, h, own, bodies, acting, room)
-    b.f[:] = 0.0  # of nodes that are not active now
+    b.many[0] = 0
+    for i in range(len(bodies.in_space)):
+        if room.moves[i]:
+            b.active[b.many[0]] = 3 * i
+            b.many[0] += 1
+        else:
+            for k in range(3 * i, 3 * i + 3):
+                b.f[k] = b.guess[k] = b.former[k] = 0.0
     reach = room.reach
     wide = reach[WIDE_MARGIN] if reach[WIDE_WAY] == 0.0 else 0.0
     sift(rows, x, 1.01 * reach[MARGIN], 1.01 * wide, np.int64(0))
@@ -388,56 +426,81 @@ def _solve(
     What restraints and forces to the ground give is added to `b.gained`.
     """
     share, f, kick = bodies.share, b.f, 0.5 * dt
+    whole = parts == 1 and len(held.entry) == 0
+    old, speed = (b.x, b.v) if whole else (b.old, b.speed)
     for part in range(parts):
-        for i in range(len(x)):
-            b.old[i], b.speed[i] = x[i], v[i]
+        for i in range(len(x) if not whole else 0):
+            old[i], speed[i] = x[i], v[i]
         for c in range(len(held.entry)):
             i, k = held.entry[c], held.motion[c]
             end = motions[step, 0, k]
             if part + 1 < parts:
                 end = motions[step - 1, 0, k] + (part + 1) / parts * (end - motions[step - 1, 0, k])
             held.x[c] = held.anchor[c] + end
-            b.speed[i] = (held.x[c] - x[i]) / dt
+            speed[i] = (held.x[c] - x[i]) / dt
         for i in range(len(x)):
-            x[i] = b.old[i] + dt * b.speed[i]
+            x[i] = old[i] + dt * speed[i]
         ahead = 1.0 if parts == 1 else 0.0
-        for r in range(room.counts[0]):
-            for i in range(3 * room.begin[r], 3 * room.end[r]):
+        for q in range(b.many[0]):
+            for i in range(index(b.active[q]), index(b.active[q]) + 3):
                 expected = b.guess[i] + ahead * (b.guess[i] - b.former[i])
-                x[i] = b.old[i] + dt * (b.speed[i] + kick * share[i] * expected)
-        if not _find_place(x, dt, near, share, room, own, b):
+                x[i] = old[i] + dt * (speed[i] + kick * share[i] * expected)
+        if not _find_place(x, old, speed, dt, near, share, room, own, b):
             return False
-        for r in range(room.counts[0]):
-            for i in range(3 * room.begin[r], 3 * room.end[r]):
-                v[i] = b.speed[i] + dt * share[i] * f[i]
+        for q in range(b.many[0]):
+            for i in range(index(b.active[q]), index(b.active[q]) + 3):
+                v[i] = speed[i] + dt * share[i] * f[i]
+        for c in range(len(held.entry)):
+            x[held.entry[c]] = held.x[c]
         for c in range(len(held.entry)):
             i = held.entry[c]
-            x[i] = 0.5 * (b.old[i] + held.x[c])
-            add_force(x, i, -dt * f[i], bodies.in_space, b.gained[IMPULSE:])
-            x[i] = held.x[c]
-            b.gained[WORK] -= f[i] * (x[i] - b.old[i])
+            b.gained[WORK] -= f[i] * (x[i] - old[i])
+            _add_halfway(old, x, i, -dt * f[i], bodies.in_space, b.gained)
         for k in range(6):
             b.gained[IMPULSE + k] += dt * b.sums[FORCE + k]
     return True
 
 
 @njit(**INLINED)
+def _add_halfway(
+    old: FloatArray, x: FloatArray, i: int, impulse: float, in_space: BoolArray, gained: FloatArray
+) -> None:
+    """Add an impulse along the entry i, and its moment at the mean place of the node."""
+    node, c = i // 3, i % 3
+    if in_space[node]:
+        j, k = (c + 1) % 3, (c + 2) % 3
+        gained[IMPULSE + c] += impulse
+        gained[IMPULSE + 3 + j] += 0.5 * (old[3 * node + k] + x[3 * node + k]) * impulse
+        gained[IMPULSE + 3 + k] -= 0.5 * (old[3 * node + j] + x[3 * node + j]) * impulse
+
+
+@njit(**INLINED)
 def _find_place(
-    x: FloatArray, dt: float, near: float, share: FloatArray, room: Room, own: Rows, b: Between
+    x: FloatArray,
+    old: FloatArray,
+    speed: FloatArray,
+    dt: float,
+    near: float,
+    share: FloatArray,
+    room: Room,
+    own: Rows,
+    b: Between,
 ) -> bool:
     """Find x after a step of length dt from `old` at `speed`, and the mean forces; False where passes do not."""
     f, kick = b.f, 0.5 * dt
     for _ in range(PASSES):
         b.passes[0] += 1.0
         b.sums[:] = 0.0
-        for r in range(room.counts[0]):
-            for i in range(3 * room.begin[r], 3 * room.end[r]):
+        for q in range(b.many[0]):
+            for i in range(index(b.active[q]), index(b.active[q]) + 3):
                 f[i] = 0.0
-        add_between(own, b.old, x, f, b.sums)
-        top = np.int64(0)  # the bits of a number that is not negative have its order, and not-a-number is last
-        for r in range(room.counts[0]):
-            for i in range(3 * room.begin[r], 3 * room.end[r]):
-                place = b.old[i] + dt * (b.speed[i] + kick * share[i] * f[i])
+        add_between(own, old, x, f, b.sums)
+        top = np.int64(
+            0
+        )  # the bits of a number that is not negative have its order, and not-a-number is last
+        for q in range(b.many[0]):
+            for i in range(index(b.active[q]), index(b.active[q]) + 3):
+                place = old[i] + dt * (speed[i] + kick * share[i] * f[i])
                 top = max(top, np.float64(abs(place - x[i])).view(np.int64))
                 x[i] = place
         if np.int64(top).view(np.float64) <= near:

@@ -1,4 +1,7 @@
-"""The explicit method: velocity Verlet in chunks of steps, with a step length that is known to be stable.
+"""The explicit method: chunks of steps of the velocity Verlet, whose length is stable for linear nets.
+
+Undamped nets take the step of `discrete_gradient`, which keeps their energy at kinks too. No other promise is made: see
+`guard` for what stops a flight.
 
 The step is the stable one of `stable_step` for limits above the strain and the rate of friction so far, and for rest
 lengths on reels below the present ones. A step that passes a limit ends its chunk, and the limits are set anew. Forces
@@ -20,7 +23,15 @@ from netdae.core.arrays import FloatArray
 from netdae.core.errors import RunError
 from netdae.forces.reel import WOUND_IN
 from netdae.model.restraints import Drive
-from netdae.solvers.explicit.chunk import Chunk, after, between, share_of, share_reported, step_of, sum_of, sum_of
+from netdae.solvers.explicit.chunk import (
+    Chunk,
+    after,
+    between,
+    share_of,
+    share_reported,
+    step_of,
+    sum_of,
+)
 from netdae.solvers.explicit.discrete_gradient import LONGEST
 from netdae.solvers.explicit.guard import ROUND_OFF, Guard
 from netdae.solvers.explicit.kernel import Kernel
@@ -28,6 +39,7 @@ from netdae.solvers.explicit.parts import POWERS, Tally
 from netdae.solvers.explicit.stable_step import STIFF, rate_of, stable_step, without_bound
 from netdae.solvers.options import SolverOptions
 from netdae.solvers.stepper import NOTHING, Scan, Share, Step
+from netdae.system.damping import NoDamping
 from netdae.system.system import System
 
 CHUNK, LEAST = 512, 32  # most steps in a chunk, 1 to 2 ms of a 21 x 21 net; and the least that SPAN leaves
@@ -44,10 +56,17 @@ SUDDEN = 8  # steps of a chunk where such forces may come and go, as those with 
 UNBOUND = 1e-3  # s, where no moving part bounds the step
 
 
+VERLET_UNDAMPED = (
+    "the cables have no damping, and with reels, pulleys or drawcords the explicit step is a velocity Verlet, which "
+    "may gain energy where cables go taut and slack: watch energy_residual_share, or give a dashpot"
+)
+
+
 class ExplicitSolver:
-    """Velocity Verlet for one System; bit-for-bit repeatable.
+    """Velocity Verlet, or the step of `discrete_gradient`, for one System; bit-for-bit repeatable.
 
     every_step : whether each step of a chunk is reported, or those that `scan` leaves
+    note : what a user should know about its step, or empty
     """
 
     COUNTS: ClassVar[tuple[str, ...]] = ("steps", "step_lengths", "starts")
@@ -60,6 +79,8 @@ class ExplicitSolver:
         self._share = FRACTIONS[options.accuracy]  # of the stable step
         if self._kernel.lossless:
             self._share = min(self._share, LONGEST)
+        undamped = isinstance(system.damping, NoDamping) and not self._kernel.lossless
+        self.note = VERLET_UNDAMPED if undamped else ""
         self._boundless = without_bound(system)
         self._sudden = any(force.newton != "nothing" for force in self._boundless)
         self._look_in, self._stiffest, self._held = 0, math.inf, math.inf
@@ -251,7 +272,8 @@ class ExplicitSolver:
         xva, share = self._chunk.xva.copy(), NOTHING
         if before > 0:
             state = self._again(before)[1]
-            xva, share = np.stack((state.y[0], state.y[1], state.yp[1])).reshape(3, -1), state.share
+            xva = np.stack((state.y[0], state.y[1], state.yp[1])).reshape(3, -1)
+            share = state.share or NOTHING
         t, h = self._chunk.t + before * self._chunk.h, part * self._chunk.h
         found = self._kernel.fly(self._phase, (t, h, xva), steps=1)
         whole = sum_of(share_of(found), share)
