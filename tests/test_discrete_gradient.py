@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -269,3 +272,18 @@ def test_an_undamped_net_on_reels_is_noted():
     assert "no damping" in solver_at(system, start).note
     net = line(1)
     assert solver_at(System(net, SOFT, damping=NoDamping()), State.at(net.nodes)).note == ""
+
+
+def test_the_script_that_measures_the_drift_measures_it():
+    script = Path(__file__).parent.parent / "scripts" / "undamped_drift.py"
+    done = subprocess.run(
+        [sys.executable, script, "--steps", "4000"], capture_output=True, text=True, check=True
+    )
+    drift = {
+        name: float(figures.split(": ")[1].split(",")[0])
+        for name, _, figures in (line.partition(": ") for line in done.stdout.splitlines())
+    }
+    assert len(drift) == 8
+    assert drift["net, discrete gradient at 0.5"] < 1e-9
+    assert drift["string, discrete gradient at 0.5"] < 1e-8
+    assert drift["string, Verlet at 0.5"] > 0.1
