@@ -19,8 +19,8 @@ class FileNumbers(NamedTuple):
     elements : number of each element, and the numbers of its nodes
     """
 
-    nodes: Sequence[int]
-    elements: Sequence[tuple[int, Sequence[int]]]
+    nodes: Sequence[int | str]
+    elements: Sequence[tuple[int | str, Sequence[int | str]]]
 
     def check(self) -> None:
         """Raise MeshError for an element with a node that the file does not have."""
@@ -30,7 +30,7 @@ class FileNumbers(NamedTuple):
             if lost is not None:
                 raise MeshError(
                     f"element {number} of the file joins node {lost}, but the file has no node of this number: "
-                    "mend the element or add the node"
+                    "edit the element or add the node"
                 )
 
 

@@ -22,20 +22,15 @@ import numpy as np
 from netdae.core.arrays import FloatArray, IntArray
 from netdae.core.errors import InputError, MeshError
 from netdae.mesh.findings import FileNumbers
-from netdae.mesh.inp import element_sets_of, keywords_of
-from netdae.mesh.inp import numbers_of as numbers_of_inp
+from netdae.mesh.inp import read_inp, write_inp
 from netdae.mesh.msh import numbers_of as numbers_of_msh
 from netdae.mesh.msh import physical_groups_of, write_msh
-from netdae.mesh.raw import RawMesh, chain_of
+from netdae.mesh.raw import RawMesh, chain_of, corner_edges
 from netdae.mesh.vtk_lines import read_polylines
 from netdae.model.net import CableNet
 
 # messages of meshio about intact .vtu files that it reads in part or not at all
 _LEFT_TO_VTK = re.compile("meshio cannot handle|Unknown VTU file version")
-
-# no number in an .inp states how long it is; lines with two stars are comments
-_INP_END = "** end of the net"
-_INP_HEAD = f"** whole if the last line is: {_INP_END}"
 
 
 def first_line(error: BaseException) -> str:
@@ -118,18 +113,6 @@ def _raw_of_xdmf(file: Path) -> RawMesh:
     return _raw_of_mesh(meshio.xdmf.read(file))
 
 
-def _raw_of_inp(file: Path) -> RawMesh:
-    text = file.read_text(errors="replace")
-    if text.startswith(_INP_HEAD) and not text.rstrip().endswith(_INP_END):
-        raise MeshError(f"the file is cut off, its last line is not {_INP_END!r}: save the mesh again")
-    keywords = keywords_of(text)
-    numbers = _lazily(lambda: numbers_of_inp(text))
-    with _checking(numbers):
-        mesh = meshio.abaqus.read(file)
-    sets = element_sets_of(keywords, [len(block) for block in mesh.cells], mesh.cell_sets)
-    return _raw_of_mesh(mesh, point_sets=mesh.point_sets, cell_sets=sets, middle_last=False, numbers=numbers)
-
-
 def _lazily(numbers: Callable[[], FileNumbers]) -> Callable[[], FileNumbers]:
     """`numbers`, read for the first message that needs them; none where they cannot be read."""
 
@@ -153,30 +136,30 @@ def _checking(numbers: Callable[[], FileNumbers]) -> Iterator[None]:
         raise
 
 
+_CORNERS = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8": 4, "quad9": 4}
+
 _READERS: dict[str, Callable[[Path], RawMesh]] = {
     ".vtk": read_polylines,
     ".msh": _raw_of_msh,
     ".xdmf": _raw_of_xdmf,
-    ".inp": _raw_of_inp,
+    ".inp": read_inp,
 }
 
 
 def _raw_of_mesh(
     mesh: Any,
     *,
-    point_sets: Mapping[str, Any] | None = None,
     cell_sets: Mapping[str, IntArray] | None = None,
-    middle_last: bool = True,
     numbers: Callable[[], FileNumbers] | None = None,
 ) -> RawMesh:
-    """Arrays of a meshio mesh; `middle_last`: quadratic lines end with their middle node, unlike Abaqus's."""
+    """Arrays of a meshio mesh, whose quadratic lines end with their middle node."""
     points = np.asarray(mesh.points, dtype=np.float64)
     if not points.size:
         raise MeshError("the mesh has no nodes: check what was saved")
     if points.ndim != 2 or points.shape[1] not in (2, 3):
         raise MeshError(f"the nodes have the shape {points.shape}: give two or three coordinates each")
     points = np.column_stack([points, np.zeros((len(points), 3 - points.shape[1]))])
-    ends, line_cell, vertices, vertex_cell, edges = [], [], [], [], []
+    ends, line_cell, vertices, vertex_cell, edges, edge_cell = [], [], [], [], [], []
     start = split = volumes = 0
     for block in mesh.cells:
         nodes = np.asarray(block.data)
@@ -185,7 +168,7 @@ def _raw_of_mesh(
             vertices.append(nodes[:, 0].astype(np.int64))
             vertex_cell.append(np.arange(start, start + count))
         elif block.type in ("line", "line3"):  # XDMF's poly lines of equal length come as "line"
-            order = [0, 2, 1] if block.type == "line3" and middle_last else slice(None)
+            order = [0, 2, 1] if block.type == "line3" else slice(None)
             chain = nodes.astype(np.int64)[:, order]
             pieces, cell = chain_of(chain.reshape(-1), np.full(count, chain.shape[1]))
             ends.append(pieces)
@@ -195,11 +178,15 @@ def _raw_of_mesh(
             raise MeshError(
                 f"the mesh has curved lines of type {block.type}: save it with straight or quadratic lines"
             )
-        elif block.type in ("triangle", "quad", "polygon"):
-            around = np.stack([nodes, np.roll(nodes, -1, axis=1)], axis=-1)
-            edges.append(around.reshape(-1, 2).astype(np.int64))
         elif block.dim == 2:
-            edges.append(_corner_edges(block.type, nodes))
+            corners = nodes.shape[1] if block.type == "polygon" else _CORNERS.get(block.type)
+            if corners is None:
+                raise MeshError(
+                    f"the mesh has surface cells of type {block.type}: save them with straight edges"
+                )
+            around = corner_edges(nodes, corners)
+            edges.append(around)
+            edge_cell.append(start + np.repeat(np.arange(count), len(around) // count))
         else:
             volumes += count
         start += count
@@ -211,23 +198,14 @@ def _raw_of_mesh(
         vertices=np.concatenate([np.zeros(0, np.int64), *vertices]),
         vertex_cell=np.concatenate([np.zeros(0, np.int64), *vertex_cell]),
         face_edges=np.concatenate([np.zeros((0, 2), np.int64), *edges]),
+        face_cell=np.concatenate([np.zeros(0, np.int64), *edge_cell]),
         point_data={name: np.asarray(values) for name, values in mesh.point_data.items()},
         cell_data={name: np.concatenate(values) for name, values in mesh.cell_data.items() if values},
-        point_sets={name: np.asarray(nodes, np.int64) for name, nodes in (point_sets or {}).items()},
         cell_sets=cell_sets or {},
         split=split,
         volumes=volumes,
         numbers=numbers,
     )
-
-
-def _corner_edges(kind: str, nodes: Any) -> IntArray:
-    """Edges of surface cells with nodes on their edges, from corner to corner by way of those nodes."""
-    corners = {"triangle6": 3, "triangle7": 3, "quad8": 4, "quad9": 4}.get(kind)
-    if corners is None:
-        raise MeshError(f"the mesh has surface cells of type {kind}: save them with straight edges")
-    around = np.stack([nodes[:, :corners], nodes[:, corners : 2 * corners]], axis=-1).reshape(len(nodes), -1)
-    return np.stack([around, np.roll(around, -1, axis=1)], axis=-1).reshape(-1, 2).astype(np.int64)
 
 
 def _as_data(net: CableNet, numbers: Mapping[str, FloatArray], integer: type[np.integer]) -> Any:
@@ -260,25 +238,12 @@ def _write_xdmf(path: Path, net: CableNet, numbers: Mapping[str, FloatArray]) ->
     meshio.xdmf.write(path, _as_data(net, numbers, np.int32), data_format="XML")
 
 
-def _write_inp(path: Path, net: CableNet, numbers: Mapping[str, FloatArray]) -> None:
-    if numbers:
-        raise MeshError(f"it has no place for {', '.join(numbers)}: write .vtu, .vtk, .msh or .xdmf")
-    mesh = meshio.Mesh(
-        net.nodes,
-        [("line", net.cables)],
-        point_sets={name: member for name, member in net.node_groups.items() if name != "all"},
-        cell_sets={name: [member] for name, member in net.cable_groups.items() if name != "all"},
-    )
-    meshio.abaqus.write(path, mesh)
-    path.write_text(f"{_INP_HEAD}\n{path.read_text()}{_INP_END}\n")
-
-
 _WRITERS: dict[str, Callable[[Path, CableNet, Mapping[str, FloatArray]], None]] = {
     ".vtu": _write_vtu,
     ".vtk": _write_vtk,
     ".msh": write_msh,
     ".xdmf": _write_xdmf,
-    ".inp": _write_inp,
+    ".inp": write_inp,
 }
 
 

@@ -35,18 +35,23 @@ def net_of(raw: RawMesh, *, surface_edges: bool = False) -> tuple[CableNet, tupl
 
     Raises MeshError, without the file's name, for a mesh that is not a net.
     """
-    findings: list[str] = []
+    findings = [*raw.findings]
     _check_points(raw)
     _check_lines(raw, surface_edges)
     if raw.split:
         findings.append(f"{many(raw.split, 'line')} of more than two points split into straight cables")
+    if raw.left_out:
+        findings.append(f"elements that are no cables are left out: {raw.left_out}")
     if len(raw.face_edges) and not surface_edges:
-        findings.append("the surface cells are left out, only the lines are cables")
+        findings.append(
+            "the surface cells are left out, only the lines are cables: for the edges of the cells as well, give "
+            "surface_edges = true in [net], --surface-edges on the command line"
+        )
     ends, groups, numbers = raw.ends, _line_groups(raw), _numbers(raw)
     kept, same = _distinct(ends)
     report_doubles(ends, kept, same, groups, findings, raw.node_name)
     if surface_edges:
-        ends, groups, numbers = _with_edges(raw.face_edges, ends, groups, numbers)
+        ends, groups, numbers = _with_edges(raw, ends, groups, numbers)
         kept, same = _distinct(ends)
     cables = ends[kept]
     groups = {name: _any_of(member, same, len(kept)) for name, member in groups.items()}
@@ -110,7 +115,8 @@ def _check_lines(raw: RawMesh, surface_edges: bool) -> None:
             raise MeshError(
                 f"the mesh has {many(raw.volumes, 'volume cell')} and no lines: save the cables as lines"
             )
-        raise MeshError("the mesh has no lines: each cable is a line between two nodes")
+        elements = f", its elements are {raw.left_out}" if raw.left_out else ""
+        raise MeshError(f"the mesh has no lines{elements}: each cable is a line between two nodes")
     for kind, pairs in (("cable", raw.ends), ("surface edge", raw.face_edges)):
 
         def name(k: int, kind: str = kind) -> str:
@@ -206,15 +212,20 @@ def _distinct(ends: IntArray) -> tuple[IntArray, IntArray]:
 
 
 def _with_edges(
-    face_edges: IntArray, ends: IntArray, groups: Groups, numbers: dict[str, FloatArray]
+    raw: RawMesh, ends: IntArray, groups: Groups, numbers: dict[str, FloatArray]
 ) -> tuple[IntArray, Groups, dict[str, FloatArray]]:
-    """The lines followed by the distinct edges of the surface cells."""
+    """The lines followed by the distinct edges of the surface cells, which are in the groups of their cells."""
+    face_edges = raw.face_edges
     first, same = _distinct(face_edges)
     outer = np.bincount(same) == 1
     none = np.zeros(len(first), dtype=bool)
     grown = {name: np.concatenate([member, none]) for name, member in groups.items()}
     for name, member in (("border", outer), ("inner", ~outer)):
         grown.setdefault(name, np.zeros(len(ends) + len(first), dtype=bool))[len(ends) :] = member
+    for name, cells in _cell_groups(raw).items():
+        member = _any_of(cells[raw.face_cell], same, len(first))
+        if member.any():
+            grown.setdefault(name, np.zeros(len(ends) + len(first), dtype=bool))[len(ends) :] |= member
     blank = np.full(len(first), np.nan)
     return (
         np.concatenate([ends, face_edges[first]]),

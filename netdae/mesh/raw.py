@@ -43,12 +43,14 @@ class RawMesh:
     ends : (s, 2), the points that each line piece joins; a poly line or a quadratic line gives several
     line_cell : (s,), the cell that each piece belongs to
     vertices, vertex_cell : (k,), points that are cells, and their cells
-    face_edges : (f, 2), edges of all surface cells, an edge between two of them twice
+    face_edges, face_cell : (f, 2), edges of all surface cells, an edge between two of them twice, and their cells
     point_data, cell_data : name to (p, ...) or (c, ...)
     point_sets, cell_sets : name to points or cells
     split : number of quadratic and poly lines cut into pieces
     volumes : number of cells with a volume
     numbers : gives the numbers by which the file calls nodes and elements, for messages; None where it has none
+    findings : what the author of the file should know, a sentence each
+    left_out : elements that are neither lines nor surfaces, by their type in the file
     """
 
     points: FloatArray
@@ -58,6 +60,7 @@ class RawMesh:
     vertices: IntArray = field(default_factory=no_indices)
     vertex_cell: IntArray = field(default_factory=no_indices)
     face_edges: IntArray = field(default_factory=_no_pairs)
+    face_cell: IntArray = field(default_factory=no_indices)
     point_data: Data = field(default_factory=dict)
     cell_data: Data = field(default_factory=dict)
     point_sets: Mapping[str, IntArray] = field(default_factory=dict)
@@ -65,6 +68,8 @@ class RawMesh:
     split: int = 0
     volumes: int = 0
     numbers: Callable[[], FileNumbers] | None = None
+    findings: tuple[str, ...] = ()
+    left_out: str = ""
 
     def node_name(self, node: int) -> str:
         """What the file calls a point."""
@@ -94,6 +99,17 @@ def chain_of(connectivity: IntArray, sizes: IntArray) -> tuple[IntArray, IntArra
     chain = np.repeat(np.arange(len(sizes)), sizes)
     within = chain[1:] == chain[:-1]
     return np.column_stack([connectivity[:-1], connectivity[1:]])[within], chain[1:][within]
+
+
+def corner_edges(nodes: IntArray, corners: int) -> IntArray:
+    """Edges (f, 2) of surface cells, nodes (cells, k): corners first, then, if any, the nodes inside their edges.
+
+    The edges of one cell follow one another, from corner to corner by way of the nodes inside.
+    """
+    around = nodes[:, :corners]
+    if nodes.shape[1] > corners:
+        around = np.stack([around, nodes[:, corners : 2 * corners]], axis=-1).reshape(len(nodes), -1)
+    return np.stack([around, np.roll(around, -1, axis=1)], axis=-1).reshape(-1, 2).astype(np.int64)
 
 
 def _is_internal(name: str) -> bool:

@@ -53,7 +53,7 @@ def read_polylines(path: Path) -> RawMesh:
     lines = np.flatnonzero(np.isin(kinds, (LINE, POLY_LINE, QUADRATIC_EDGE)))
     ends, chain = chain_of(_members(connectivity, offset, lines), size[lines])
     faces = np.flatnonzero(np.isin(kinds, SURFACES))
-    edges, _ = chain_of(*_closed(connectivity, offset, faces))
+    edges, face = chain_of(*_closed(connectivity, offset, faces))
     vertices = np.flatnonzero(kinds == VERTEX)
     return RawMesh(
         points=np.asarray(mesh.points, dtype=np.float64),
@@ -63,6 +63,7 @@ def read_polylines(path: Path) -> RawMesh:
         vertices=_members(connectivity, offset, vertices),
         vertex_cell=vertices,
         face_edges=edges,
+        face_cell=faces[face],
         point_data={name: np.asarray(mesh.point_data[name]) for name in mesh.point_data},
         cell_data={name: np.asarray(mesh.cell_data[name]) for name in mesh.cell_data},
         split=int(np.count_nonzero(size[lines] > 2)),
