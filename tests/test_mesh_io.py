@@ -402,7 +402,11 @@ BAD = {
     ),
     "not_vtk": ("net.vtk", text("nonsense\n"), "cannot be read as .vtk"),
     "bad_number": ("net.vtk", text(f"{VTK_HEAD}POINTS 2 double\n0 0 0 1 0 zero\n"), "cannot be read as .vtk"),
-    "few_numbers": ("net.vtk", text(f"{VTK_HEAD}POINTS 2 double\n0 0 0 1\n"), "cannot be read as .vtk"),
+    "few_numbers": (
+        "net.vtk",
+        text(f"{VTK_HEAD}POINTS 2 double\n0 0 0 1\n"),
+        "promises 6 coordinates, more than",
+    ),
     "no_cells": ("net.vtk", text(f"{VTK_HEAD}POINTS 2 double\n0 0 0 1 0 0\n"), "no lines"),
     "not_msh": ("net.msh", text("nonsense"), "this is no MSH file"),
     "msh_3": ("net.msh", text("$MeshFormat\n3 0 8\n$EndMeshFormat\n"), "version 3 is not read"),

@@ -27,10 +27,11 @@ from netdae.mesh.msh import numbers_of as numbers_of_msh
 from netdae.mesh.msh import physical_groups_of, write_msh
 from netdae.mesh.raw import RawMesh, chain_of, corner_edges
 from netdae.mesh.vtk_lines import read_polylines
+from netdae.mesh.vtu_counts import check_xml
 from netdae.model.net import CableNet
 
 # messages of meshio about intact .vtu files that it reads in part or not at all
-_LEFT_TO_VTK = re.compile("meshio cannot handle|Unknown VTU file version")
+_LEFT_TO_VTK = re.compile("meshio cannot handle|Unknown VTU file version|Skipping")
 
 
 def first_line(error: BaseException) -> str:
@@ -79,20 +80,20 @@ def raw_mesh_of(file: Path) -> RawMesh:
 
 
 def _raw_of_vtu(file: Path, said: io.StringIO) -> RawMesh:
-    """Read by meshio, or by pyvista where meshio would lose lines."""
-    if file.read_bytes().count(b"<Piece") > 1:  # meshio keeps the cells of the last only
+    """Read by meshio, or by VTK where meshio would lose something or fails."""
+    data = file.read_bytes()
+    check_xml(data)
+    if data.count(b"<Piece") > 1:  # meshio keeps the cells of the last only
         return read_polylines(file)
     try:
         mesh = meshio.vtu.read(file)
-    except meshio.ReadError as error:
-        if _LEFT_TO_VTK.search(str(error)):
-            return read_polylines(file)
+        if not _LEFT_TO_VTK.search(" ".join(said.getvalue().split())) and "corrupt" not in said.getvalue():
+            return _raw_of_mesh(mesh)
+    except InputError:
         raise
-    if _LEFT_TO_VTK.search(" ".join(said.getvalue().split())):
-        return read_polylines(file)
-    if "corrupt" in said.getvalue():
-        raise MeshError("the file is damaged, its lines are not as long as it says: save the mesh again")
-    return _raw_of_mesh(mesh)
+    except (Exception, SystemExit):  # meshio raises anything on what it does not know
+        pass
+    return read_polylines(file)
 
 
 def _raw_of_msh(file: Path) -> RawMesh:

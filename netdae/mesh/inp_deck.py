@@ -105,7 +105,7 @@ class Assembled:
         if isinstance(label, int):
             return self.nodes.get((scope, label))
         instance, _, number = label.rpartition(".")
-        return self.nodes.get((key_of(instance), int(number))) if number.isdigit() else None
+        return self.nodes.get((key_of(instance), int(number))) if number.isdecimal() else None
 
     def sets(self, kind: str) -> tuple[dict[str, IntArray], list[str]]:
         """Groups of "node" or "element" by name, and what their author should know.
@@ -176,7 +176,7 @@ class Assembled:
         instance, dot, rest = name.strip('"').partition(".")
         home = key_of(instance)
         if dot and home in self.scopes:
-            if not rest.isdigit():
+            if not rest.isdecimal():
                 return self._named(home, kind, rest, above)
             at = (self.nodes if kind == "node" else self.cells).get((home, int(rest)))
             return (set(), [name]) if at is None else ({at}, [])

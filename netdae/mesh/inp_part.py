@@ -209,9 +209,7 @@ def _element(part: Part, fields: list[Label], name: str, kind: ElementType, line
 
 
 def _label(text: str, line: Line) -> Label:
-    if text.isdigit():
-        return int(text)
-    return text if "." in text and not text.replace(".", "", 1).isdigit() else whole(text, line)
+    return text if "." in text and not text[0].isdecimal() else whole(text, line)
 
 
 def _element_rows(part: Part, block: Block) -> None:
@@ -269,8 +267,8 @@ def _set(sets: dict[str, Members], block: Block, key: str) -> None:
             first, last, step = integers(line, [0, -1, 1])
             numbers = range(first, max(first, last) + 1, max(1, abs(step)))
         else:
-            numbers = [int(text) for text in line.fields if text.isdigit()]
-            found.others += [(instance, text) for text in line.fields if text and not text.isdigit()]
+            numbers = [whole(text, line) for text in line.fields if text.isdecimal()]
+            found.others += [(instance, text) for text in line.fields if text and not text.isdecimal()]
         if instance:
             found.of_instance.append((instance, numbers))
         else:

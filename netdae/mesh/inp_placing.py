@@ -17,6 +17,10 @@ MOST = 2_000_000
 """Nodes or elements that one line of *NGEN, *NFILL or *ELGEN may make."""
 
 
+DIGITS = 15
+"""Digits of a whole number, at most."""
+
+
 class Motion(NamedTuple):
     """A rotation R and a translation t."""
 
@@ -44,16 +48,16 @@ def number(text: str, line: Line) -> float:
             pass
     if text.startswith("<"):
         raise MeshError(f"{line.where}: {text} is a *PARAMETER, which is not read: write the number")
-    raise MeshError(f"{line.where}: {text!r} is no number: the file is damaged, or edit the line")
+    raise MeshError(f"{line.where}: {text[:40]!r} is no number: the file is damaged, or edit the line")
 
 
 def whole(text: str, line: Line) -> int:
     """A whole number; raises MeshError."""
-    if text.isdigit():
+    if text.isdecimal() and len(text) <= DIGITS:
         return int(text)
     value = number(text, line)
-    if value != int(value) if np.isfinite(value) else True:
-        raise MeshError(f"{line.where}: {text!r} is no whole number: edit the line")
+    if not abs(value) < 10.0**DIGITS or value != int(value):
+        raise MeshError(f"{line.where}: {text[:40]!r} is no whole number of up to {DIGITS} digits: edit the line")
     return int(value)
 
 

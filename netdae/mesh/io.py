@@ -28,6 +28,9 @@ SUFFIXES = (".vtu", ".vtk", ".msh", ".xdmf", ".inp")
 """Suffixes of the files that are read and written."""
 
 
+_LFS = b"version https://git-lfs"
+
+
 @dataclass(frozen=True, eq=False)
 class Description:
     """What is in a mesh file.
@@ -120,3 +123,7 @@ def _check_file(file: Path) -> None:
     _suffix_of(file)
     if file.stat().st_size == 0:
         raise MeshError(f"{file}: the file is empty: write the mesh again")
+    with contextlib.suppress(OSError), file.open("rb") as stream:  # the reader says what is wrong
+        pointer = stream.read(len(_LFS)) == _LFS
+        if pointer:
+            raise MeshError(f"{file}: this is a pointer of Git LFS, not the mesh: fetch it by git lfs pull")

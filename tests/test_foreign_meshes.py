@@ -1,0 +1,143 @@
+"""Meshes of other programs: whole files are read, damaged ones are told from features that are not read."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import pyvista
+from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
+
+from netdae.core.errors import MeshError
+from netdae.mesh.io import describe
+
+FAULTS = Path(__file__).parent / "faults"
+
+
+def frame():
+    """A triangle of lines with a tail, with data of every kind that netdae uses."""
+    points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [2, 1, 0]], dtype=float)
+    cells = [2, 0, 1, 2, 1, 2, 2, 2, 0, 2, 2, 3]
+    grid = pyvista.UnstructuredGrid(np.array(cells), np.full(4, 3), points)
+    grid.cell_data["rim"] = np.array([1, 1, 1, 0], dtype=np.int8)
+    grid.cell_data["diameter"] = np.array([1e-3, 2e-3, 3e-3, 4e-3])
+    grid.point_data["corners"] = np.array([1, 1, 1, 0], dtype=np.uint8)
+    return grid
+
+
+def check_frame(found):
+    np.testing.assert_array_equal(found.net.nodes, frame().points)
+    np.testing.assert_array_equal(found.net.cables, [[0, 1], [1, 2], [2, 0], [2, 3]])
+    np.testing.assert_array_equal(found.net.cable_groups["rim"], [0, 1, 2])
+    np.testing.assert_array_equal(found.net.node_groups["corners"], [0, 1, 2])
+    np.testing.assert_array_equal(found.net.cable_data["diameter"], [1e-3, 2e-3, 3e-3, 4e-3])
+
+
+def write_by_vtk(path, mode, compressor, header=64, writer=vtkXMLUnstructuredGridWriter, data=None):
+    writer = writer()
+    writer.SetInputData(frame() if data is None else data)
+    writer.SetFileName(str(path))
+    getattr(writer, f"SetDataModeTo{mode.removesuffix('Raw')}")()
+    writer.SetEncodeAppendedData(mode == "Appended")
+    getattr(writer, f"SetCompressorTypeTo{compressor}")()
+    getattr(writer, f"SetHeaderTypeToUInt{header}")()
+    writer.Write()
+
+
+MODES = [
+    (mode, compressor, header)
+    for mode in ("Ascii", "Binary", "Appended", "AppendedRaw")
+    for compressor in ("None", "ZLib", "LZ4", "LZMA")
+    for header in (32, 64)
+]
+
+
+@pytest.mark.parametrize(("mode", "compressor", "header"), MODES)
+def test_every_form_of_a_vtu_that_vtk_writes_is_read(tmp_path, mode, compressor, header):
+    write_by_vtk(tmp_path / "net.vtu", mode, compressor, header)
+    check_frame(describe(tmp_path / "net.vtu"))
+
+
+@pytest.mark.parametrize("name", ["strings.vtu", "lz4.vtu"])
+def test_arrays_that_netdae_does_not_use_do_not_stop_a_vtu(name):
+    net = describe(FAULTS / name).net
+    truth = pyvista.read(FAULTS / name)
+    np.testing.assert_array_equal(net.nodes, truth.points)
+    np.testing.assert_array_equal(net.cables, truth.cell_connectivity.reshape(-1, 2))
+    np.testing.assert_array_equal(net.cable_data["diameter"], truth.cell_data["diameter"])
+    np.testing.assert_array_equal(net.cable_groups["rim"], np.flatnonzero(truth.cell_data["rim"]))
+
+
+def test_quadratic_cells_of_vtk_have_their_edges_as_of_vtu(tmp_path):
+    with pytest.raises(MeshError, match=r"surface_edges = true .*--surface-edges"):
+        describe(FAULTS / "quad8.vtk")
+    net = describe(FAULTS / "quad8.vtk", surface_edges=True).net
+    pyvista.read(FAULTS / "quad8.vtk").save(tmp_path / "quad8.vtu")
+    same = describe(tmp_path / "quad8.vtu", surface_edges=True).net
+    np.testing.assert_array_equal(net.nodes, same.nodes)
+    assert {frozenset(pair) for pair in net.cables.tolist()} == {
+        frozenset(pair) for pair in same.cables.tolist()
+    }
+    np.testing.assert_array_equal(net.rest_length, 0.5)
+
+
+def test_count_beyond_the_file_is_one_line_before_vtk_reads():
+    with pytest.raises(MeshError, match="promises more or other cells than the file holds"):
+        describe(FAULTS / "cell_count_2e9.vtk")
+
+
+def test_pointer_of_git_lfs_is_named():
+    with pytest.raises(MeshError, match="a pointer of Git LFS, not the mesh: fetch it by git lfs pull"):
+        describe(FAULTS / "lfs_pointer.inp")
+
+
+def mutants(whole, rng, count):
+    """The file cut, with a byte changed, with a line less, and with a number made large."""
+    for k in range(count):
+        place = int(rng.integers(1, len(whole)))
+        if k % 4 == 0:
+            yield whole[:place]
+        elif k % 4 == 1:
+            yield whole[:place] + bytes([int(rng.integers(256))]) + whole[place + 1 :]
+        elif k % 4 == 2:
+            lines = whole.splitlines(keepends=True)
+            gone = int(rng.integers(len(lines)))
+            yield b"".join(lines[:gone] + lines[gone + 1 :])
+        else:
+            numbers = list(re.finditer(rb"\d+", whole))
+            found = numbers[int(rng.integers(len(numbers)))]
+            large = [b"2000000000", b"-1", b"9223372036854775808", b"1e300"][int(rng.integers(4))]
+            yield whole[: found.start()] + large + whole[found.end() :]
+
+
+READ = """
+import resource, sys
+resource.setrlimit(resource.RLIMIT_AS, (3 << 30, 3 << 30))  # address space, of which libraries take half
+from pathlib import Path
+from netdae.core.errors import MeshError
+from netdae.mesh.io import describe
+for file in sorted(Path(sys.argv[1]).iterdir()):
+    print(file.name, flush=True)
+    try:
+        describe(file)
+    except MeshError as error:
+        assert "\\n" not in str(error)
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="limits of memory")
+def test_damaged_files_end_no_process(tmp_path):
+    rng = np.random.default_rng(17)
+    (tmp_path / "some").mkdir()
+    frame().save(tmp_path / "text.vtk", binary=False)
+    frame().save(tmp_path / "bytes.vtk")
+    write_by_vtk(tmp_path / "text.vtu", "Ascii", "None")
+    write_by_vtk(tmp_path / "bytes.vtu", "AppendedRaw", "ZLib")
+    for whole in [*tmp_path.glob("*.v*"), FAULTS / "instance_shift.inp", FAULTS / "own_section.msh"]:
+        for k, data in enumerate(mutants(whole.read_bytes(), rng, 40)):
+            (tmp_path / "some" / f"{whole.stem}_{k}{whole.suffix}").write_bytes(data)
+    done = subprocess.run([sys.executable, "-c", READ, tmp_path / "some"], capture_output=True, text=True)
+    names = done.stdout.split()
+    assert (done.returncode, len(names)) == (0, 240), (names[-1], done.stderr[-2000:])
