@@ -93,6 +93,38 @@ def test_pointer_of_git_lfs_is_named():
         describe(FAULTS / "lfs_pointer.inp")
 
 
+def test_sections_of_other_programs_are_passed_over():
+    found = describe(FAULTS / "own_section.msh")
+    np.testing.assert_array_equal(found.net.nodes, [[0, 0, 0], [1, 0, 0]])
+    np.testing.assert_array_equal(found.net.cables, [[0, 1]])
+
+
+def test_element_data_of_some_elements_leave_the_others_to_the_material():
+    net = describe(FAULTS / "element_data_of_some.msh").net
+    np.testing.assert_array_equal(net.cable_data["diameter"], [np.nan, 2e-3])  # element 2 of the file
+
+
+def test_nodes_with_parameters_are_where_their_coordinates_say(tmp_path):
+    text = (
+        "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n2 3 1 3\n0 1 0 1\n1\n0 0 0\n1 1 1 2\n2\n3\n1 0 0 0.5\n2 0 0 1\n"
+        "$EndNodes\n$Elements\n1 2 1 2\n1 1 1 2\n1 1 2\n2 2 3\n$EndElements\n"
+    )
+    (tmp_path / "net.msh").write_text(text)
+    np.testing.assert_array_equal(describe(tmp_path / "net.msh").net.nodes[:, 0], [0, 1, 2])
+    (tmp_path / "net.msh").write_text(text.replace("3\n1 0 0 0.5\n", ""))
+    with pytest.raises(MeshError, match="promises more numbers than it holds"):
+        describe(tmp_path / "net.msh")
+
+
+@pytest.mark.parametrize("line", ["2 1 0 0", "2 1 2 0 1 2 3"])
+def test_line_missing_from_a_msh_is_told(tmp_path, line):
+    text = (FAULTS / "element_data_of_some.msh").read_text()
+    assert f"{line}\n" in text
+    (tmp_path / "net.msh").write_text(text.replace(f"{line}\n", ""))
+    with pytest.raises(MeshError, match=r"the header promises \d (nodes|elements) and the file has \d"):
+        describe(tmp_path / "net.msh")
+
+
 def mutants(whole, rng, count):
     """The file cut, with a byte changed, with a line less, and with a number made large."""
     for k in range(count):

@@ -410,7 +410,7 @@ BAD = {
     "no_cells": ("net.vtk", text(f"{VTK_HEAD}POINTS 2 double\n0 0 0 1 0 0\n"), "no lines"),
     "not_msh": ("net.msh", text("nonsense"), "this is no MSH file"),
     "msh_3": ("net.msh", text("$MeshFormat\n3 0 8\n$EndMeshFormat\n"), "version 3 is not read"),
-    "msh_cut": ("net.msh", text(f"{MSH_HEAD}$Nodes\n1 5 1 5\n1 1 0 5\n1\n2"), "cannot be read as .msh"),
+    "msh_cut": ("net.msh", text(f"{MSH_HEAD}$Nodes\n1 5 1 5\n1 1 0 5\n1\n2"), "cut off"),
     "msh_open": (
         "net.msh",
         text(
@@ -419,7 +419,7 @@ BAD = {
         "cut off, a section of it does not end",
     ),
     "msh_names": ("net.msh", text(f'{MSH_HEAD}$PhysicalNames\n1\n1 1 "a"\n'), "does not end"),
-    "msh_entities": ("net.msh", text(f"{MSH_HEAD}$Entities\n1 0\n$EndEntities\n"), "cannot be read as .msh"),
+    "msh_entities": ("net.msh", text(f"{MSH_HEAD}$Entities\n1 0\n$EndEntities\n"), "cut off"),
     "msh_part": ("net.msh", text(f"{MSH_HEAD}$PartitionedEntities\n"), "partitioned"),
     "not_inp": ("net.inp", text("nonsense\n"), "no nodes"),
     "inp_kind": (

@@ -6,13 +6,12 @@ The suffix of a file determines its format, see `netdae.mesh.io.SUFFIXES`.
 from __future__ import annotations
 
 import contextlib
-import functools
 import io
 import re
-import tempfile
 import warnings
 import xml.etree.ElementTree as ET
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -23,8 +22,8 @@ from netdae.core.arrays import FloatArray, IntArray
 from netdae.core.errors import InputError, MeshError
 from netdae.mesh.findings import FileNumbers
 from netdae.mesh.inp import read_inp, write_inp
-from netdae.mesh.msh import numbers_of as numbers_of_msh
 from netdae.mesh.msh import physical_groups_of, write_msh
+from netdae.mesh.msh_tables import data_of, elements_of, nodes_of
 from netdae.mesh.raw import RawMesh, chain_of, corner_edges
 from netdae.mesh.vtk_lines import read_polylines
 from netdae.mesh.vtu_counts import check_xml
@@ -56,10 +55,7 @@ def raw_mesh_of(file: Path) -> RawMesh:
         with _quiet() as said:
             if suffix == ".vtu":
                 return _raw_of_vtu(file, said)
-            raw = _READERS[suffix](file)
-            if "not closed by" in said.getvalue():  # meshio of a section of .msh
-                raise MeshError("the file is cut off, a section of it does not end: save the mesh again")
-            return raw
+            return _READERS[suffix](file)
     except InputError:
         raise
     except (Exception, SystemExit) as error:  # meshio raises anything on a damaged file
@@ -97,45 +93,35 @@ def _raw_of_vtu(file: Path, said: io.StringIO) -> RawMesh:
 
 
 def _raw_of_msh(file: Path) -> RawMesh:
-    data = file.read_bytes()
-    groups = physical_groups_of(data)
-    numbers = _lazily(lambda: numbers_of_msh(data))
-    with tempfile.TemporaryDirectory() as folder:  # meshio reads MSH from a real file only
-        rest = Path(folder) / "rest.msh"
-        rest.write_bytes(groups.rest)
-        with _checking(numbers):
-            mesh = meshio.gmsh.read(rest)
-    tags = mesh.cell_data.get("gmsh:physical" if groups.version == "2.2" else "gmsh:geometrical", [])
-    blocks = [(block.dim, np.asarray(tag)) for block, tag in zip(mesh.cells, tags, strict=False)]
-    return _raw_of_mesh(mesh, cell_sets=groups.cell_sets(blocks), numbers=numbers)
+    groups = physical_groups_of(file.read_bytes())
+    numbers, points = nodes_of(groups.sections)
+    blocks = elements_of(groups.sections)
+    named = FileNumbers(
+        numbers.tolist(),
+        [pair for block in blocks for pair in zip(block.numbers.tolist(), block.nodes.tolist(), strict=True)],
+    )
+    named.check()
+    order = np.argsort(numbers, kind="stable")
+    cells = [
+        (_GMSH_TYPES.get(block.kind, "vertex"), order[np.searchsorted(numbers[order], block.nodes)])
+        for block in blocks
+    ]
+    mesh = meshio.Mesh(points, cells)
+    tags = [(each.dim, block.tags) for each, block in zip(mesh.cells, blocks, strict=True)]
+    raw = _raw_of_mesh(mesh, cell_sets=groups.cell_sets(tags), numbers=lambda: named)
+    elements = np.concatenate([np.zeros(0, np.int64), *(block.numbers for block in blocks)])
+    return replace(
+        raw,
+        point_data=data_of(groups.sections, "NodeData", numbers),
+        cell_data=data_of(groups.sections, "ElementData", elements),
+    )
 
 
 def _raw_of_xdmf(file: Path) -> RawMesh:
     return _raw_of_mesh(meshio.xdmf.read(file))
 
 
-def _lazily(numbers: Callable[[], FileNumbers]) -> Callable[[], FileNumbers]:
-    """`numbers`, read for the first message that needs them; none where they cannot be read."""
-
-    @functools.cache
-    def found() -> FileNumbers:
-        try:
-            return numbers()
-        except (ValueError, IndexError, InputError):  # the reader of the mesh says what is wrong
-            return FileNumbers([], [])
-
-    return found
-
-
-@contextlib.contextmanager
-def _checking(numbers: Callable[[], FileNumbers]) -> Iterator[None]:
-    """Report an element whose node is missing where a reader fails on it."""
-    try:
-        yield
-    except Exception:
-        numbers().check()
-        raise
-
+_GMSH_TYPES: dict[int, str] = dict(meshio.gmsh.common._gmsh_to_meshio_type)
 
 _CORNERS = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8": 4, "quad9": 4}
 

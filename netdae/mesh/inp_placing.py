@@ -57,7 +57,9 @@ def whole(text: str, line: Line) -> int:
         return int(text)
     value = number(text, line)
     if not abs(value) < 10.0**DIGITS or value != int(value):
-        raise MeshError(f"{line.where}: {text[:40]!r} is no whole number of up to {DIGITS} digits: edit the line")
+        raise MeshError(
+            f"{line.where}: {text[:40]!r} is no whole number of up to {DIGITS} digits: edit the line"
+        )
     return int(value)
 
 

@@ -1,8 +1,6 @@
 """Physical groups of Gmsh's MSH files, versions 2.2 and 4.1, and the writing of 4.1.
 
-meshio reads the nodes and elements. It keeps only one of two groups that share a name in two dimensions, only
-the first of several groups of a curve in `cell_data`, and fails where some curves are in no group: the groups
-are read here. It writes one group per curve at most, hence the writer.
+Curves may be in several groups, which meshio does not write, hence the writer.
 """
 
 from __future__ import annotations
@@ -17,11 +15,10 @@ import numpy as np
 
 from netdae.core.arrays import BoolArray, FloatArray, IntArray
 from netdae.core.errors import MeshError
-from netdae.mesh.findings import FileNumbers
+from netdae.mesh.msh_tables import LINE, VERTEX, Numbers, Sections, sections_of
 from netdae.model.net import CableNet
 
 VERSIONS = {"2": "2.2", "2.2": "2.2", "4.1": "4.1"}
-LINE, VERTEX = 1, 15  # element types of MSH
 
 
 @dataclass(frozen=True)
@@ -31,13 +28,13 @@ class PhysicalGroups:
     version : "2.2" or "4.1"
     names : (dimension, number) to the name of the group
     entities : (dimension, entity) to the numbers of its groups, 4.1 only
-    rest : the file without its tables of names and entities
+    sections : the tables of the file
     """
 
     version: str
     names: Mapping[tuple[int, int], str]
     entities: Mapping[tuple[int, int], tuple[int, ...]]
-    rest: bytes
+    sections: Sections
 
     def cell_sets(self, blocks: Sequence[tuple[int, IntArray]]) -> dict[str, IntArray]:
         """Name to cells, from the dimension and the tag of each cell of each block.
@@ -73,39 +70,11 @@ def physical_groups_of(data: bytes) -> PhysicalGroups:
         )
     if b"$PartitionedEntities" in data:
         raise MeshError("the mesh is partitioned: save it again unpartitioned")
-    names, rest = _cut(data, b"PhysicalNames")
-    table, rest = _cut(rest, b"Entities")
-    entities = (
-        _entities_of(table, head[2] == b"0", int(head[3])) if table and VERSIONS[version] == "4.1" else {}
-    )
-    return PhysicalGroups(VERSIONS[version], _names_of(names.decode("utf-8")), entities, rest)
-
-
-def numbers_of(data: bytes) -> FileNumbers:
-    """Numbers of the nodes and elements of an MSH file in text; none for a binary one, where messages use the order."""
-    head = re.search(rb"^\$MeshFormat\s+(\S+)\s+([01])", data, re.MULTILINE)
-    if head is None or head[2] == b"1":
-        return FileNumbers([], [])
-    tables = (_cut(data, section)[0].splitlines() for section in (b"Nodes", b"Elements"))
-    nodes, elements = ([[*map(float, line.split())] for line in table if line.strip()] for table in tables)
-    whole = [[*map(int, row)] for row in elements]
-    if head[1].startswith(b"2"):
-        return FileNumbers(
-            [int(row[0]) for row in nodes[1:]], [(row[0], row[3 + row[2] :]) for row in whole[1:]]
-        )
-    named: list[int] = []
-    listed: list[tuple[int, list[int]]] = []
-    place = 1
-    while place < len(nodes):  # a header, the numbers, the coordinates
-        count = int(nodes[place][3])
-        named += [int(row[0]) for row in nodes[place + 1 : place + 1 + count]]
-        place += 1 + 2 * count
-    place = 1
-    while place < len(whole):
-        count = whole[place][3]
-        listed += [(row[0], row[1:]) for row in whole[place + 1 : place + 1 + count]]
-        place += 1 + count
-    return FileNumbers(named, listed)
+    sections = sections_of(data, VERSIONS[version], head[2] == b"0", int(head[3]))
+    names = _names_of(b"\n".join(sections.tables.get("PhysicalNames", [])).decode("utf-8"))
+    table = b"".join(sections.tables.get("Entities", []))
+    entities = _entities_of(sections.reader(table)) if table and sections.version == "4.1" else {}
+    return PhysicalGroups(sections.version, names, entities, sections)
 
 
 def write_msh(path: Path, net: CableNet, numbers: Mapping[str, FloatArray]) -> None:
@@ -158,17 +127,6 @@ def write_msh(path: Path, net: CableNet, numbers: Mapping[str, FloatArray]) -> N
     path.write_text("\n".join(text) + "\n", encoding="utf-8", newline="\n")
 
 
-def _cut(data: bytes, section: bytes) -> tuple[bytes, bytes]:
-    """Content of a section, empty where there is none, and the file without it."""
-    start = re.search(rb"^\$" + section + rb"[ \t]*\r?\n", data, re.MULTILINE)
-    if start is None:
-        return b"", data
-    end = re.compile(rb"\r?\n?\$End" + section + rb"[ \t]*(\r?\n|$)").search(data, start.end())
-    if end is None:
-        raise MeshError(f"the file is cut off, ${section.decode()} does not end: save the mesh again")
-    return data[start.end() : end.start()], data[: start.start()] + data[end.end() :]
-
-
 def _names_of(table: str) -> dict[tuple[int, int], str]:
     names = {}
     for line in table.splitlines()[1:]:
@@ -178,55 +136,16 @@ def _names_of(table: str) -> dict[tuple[int, int], str]:
     return names
 
 
-def _entities_of(table: bytes, ascii_text: bool, size: int) -> dict[tuple[int, int], tuple[int, ...]]:
-    read = _Words(table) if ascii_text else _Bytes(table, f"u{size}")
+def _entities_of(read: Numbers) -> dict[tuple[int, int], tuple[int, ...]]:
     entities = {}
     for dimension, count in enumerate(read.sizes(4)):
         for _ in range(count):
             (tag,) = read.ints(1)
-            read.skip_floats(3 if dimension == 0 else 6)
+            read.floats(3 if dimension == 0 else 6)
             entities[dimension, tag] = tuple(read.ints(read.sizes(1)[0]))
             if dimension > 0:
                 read.ints(read.sizes(1)[0])
     return entities
-
-
-class _Words:
-    """Reads the numbers of a table in text."""
-
-    def __init__(self, table: bytes) -> None:
-        self._words = iter(table.split())
-
-    def ints(self, count: int) -> list[int]:
-        return [int(next(self._words)) for _ in range(count)]
-
-    sizes = ints
-
-    def skip_floats(self, count: int) -> None:
-        for _ in range(count):
-            next(self._words)
-
-
-class _Bytes:
-    """Reads the numbers of a table in binary."""
-
-    def __init__(self, table: bytes, size: str) -> None:
-        self._table, self._place = table, 0
-        self._int, self._size = np.dtype("i4"), np.dtype(size)
-
-    def _take(self, kind: np.dtype[np.integer], count: int) -> list[int]:
-        values = np.frombuffer(self._table, kind, count, self._place)
-        self._place += values.nbytes
-        return [int(value) for value in values]
-
-    def ints(self, count: int) -> list[int]:
-        return self._take(self._int, count) if count else []
-
-    def sizes(self, count: int) -> list[int]:
-        return self._take(self._size, count)
-
-    def skip_floats(self, count: int) -> None:
-        self._place += 8 * count
 
 
 def _members(groups: Mapping[str, IntArray], count: int) -> tuple[list[str], BoolArray]:
