@@ -71,7 +71,7 @@ def test_imports_make_no_circle():
 @pytest.mark.parametrize(
     ("library", "homes"),
     [
-        ("meshio", {"mesh.formats"}),
+        ("meshio", {"mesh.formats", "mesh.xdmf"}),
         ("pyvista", {"output.vtk", "mesh.vtk_lines", "visual.rendering.frames", "visual.rendering.scene"}),
         ("sksundae", {"solvers.cvode", "solvers.ida.stepper"}),
         ("cyclopts", {"cli"}),

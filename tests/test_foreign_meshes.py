@@ -125,6 +125,52 @@ def test_line_missing_from_a_msh_is_told(tmp_path, line):
         describe(tmp_path / "net.msh")
 
 
+def test_poly_lines_of_xdmf_are_cables(tmp_path):
+    found = describe(FAULTS / "polyline_fenics.xdmf")
+    np.testing.assert_array_equal(found.net.nodes, [[0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0]])
+    np.testing.assert_array_equal(found.net.cables, [[0, 1], [1, 2], [2, 3]])
+    text = (FAULTS / "polyline_fenics.xdmf").read_text()
+    from_one = text.replace("0 1\n1 2\n2 3", "1 2\n2 3\n3 4").replace(
+        '"PolyLine"', '"POLYLINE" BaseOffset="1"'
+    )
+    for other in (from_one, text.replace('"3 2"', '"6"')):
+        (tmp_path / "net.xdmf").write_text(other)
+        np.testing.assert_array_equal(describe(tmp_path / "net.xdmf").net.cables, found.net.cables)
+
+
+def test_series_in_time_of_xdmf_begins_with_its_first_grid(tmp_path):
+    text = (FAULTS / "polyline_fenics.xdmf").read_text()
+    begin, end = text.index("<Grid"), text.index("</Domain>")
+    grid = text[begin:end]
+    later = (
+        '<Grid Name="later"><Topology Reference="/Xdmf/Domain/Grid/Grid[1]/Topology"/>'
+        '<Geometry Reference="/Xdmf/Domain/Grid/Grid[1]/Geometry"/></Grid>'
+    )
+    series = f'<Grid GridType="Collection" CollectionType="Temporal">{grid}{later}</Grid>'
+    (tmp_path / "net.xdmf").write_text(text[:begin] + series + text[end:])
+    found = describe(tmp_path / "net.xdmf")
+    assert found.net.cable_count == 3
+    assert found.findings == ("a series in time of 2 grids, of which the first is read",)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("PolyLine", "Wedge_99", "a topology of type wedge_99 is not read"),
+        ("XYZ", "ORIGIN_DXDYDZ", "a geometry of type ORIGIN_DXDYDZ is not read"),
+        ("2 3</DataItem>", "2</DataItem>", "promises 6 values and there are 5"),
+        ('NumberOfElements="3"', 'NumberOfElements="4"', "promises 4 cells and the file has 3"),
+        ('"4 3"', '"400000000 3"', "would take over 2 GiB of memory"),
+    ],
+)
+def test_features_of_xdmf_that_are_not_read_are_told_from_damage(tmp_path, old, new, words):
+    text = (FAULTS / "polyline_fenics.xdmf").read_text()
+    assert old in text
+    (tmp_path / "net.xdmf").write_text(text.replace(old, new))
+    with pytest.raises(MeshError, match=words):
+        describe(tmp_path / "net.xdmf")
+
+
 def mutants(whole, rng, count):
     """The file cut, with a byte changed, with a line less, and with a number made large."""
     for k in range(count):

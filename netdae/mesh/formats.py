@@ -27,6 +27,7 @@ from netdae.mesh.msh_tables import data_of, elements_of, nodes_of
 from netdae.mesh.raw import RawMesh, chain_of, corner_edges
 from netdae.mesh.vtk_lines import read_polylines
 from netdae.mesh.vtu_counts import check_xml
+from netdae.mesh.xdmf import read_xdmf
 from netdae.model.net import CableNet
 
 # messages of meshio about intact .vtu files that it reads in part or not at all
@@ -118,7 +119,8 @@ def _raw_of_msh(file: Path) -> RawMesh:
 
 
 def _raw_of_xdmf(file: Path) -> RawMesh:
-    return _raw_of_mesh(meshio.xdmf.read(file))
+    mesh, findings = read_xdmf(file)
+    return replace(_raw_of_mesh(mesh), findings=findings)
 
 
 _GMSH_TYPES: dict[int, str] = dict(meshio.gmsh.common._gmsh_to_meshio_type)
