@@ -128,9 +128,9 @@ class _Walk:
 
     def room(self, what: str, count: int, kind: str, place: int) -> None:
         """Raise MeshError where `count` numbers do not fit in the rest of the file."""
-        size = 2 if self.text else _BYTES.get(kind.lower(), 0)
-        if size == 0:
+        if kind.lower() not in _BYTES:
             raise MeshError(f"the type {kind[:20]!r} is unknown: save the mesh again")
+        size = 2 if self.text else _BYTES[kind.lower()]
         if count * size - 1 > len(self.data) - place:
             raise MeshError(
                 f"the header promises {count} {what}, more than the file holds: it is cut off or damaged, save the "
