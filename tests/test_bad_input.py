@@ -610,6 +610,26 @@ def test_signs_that_the_output_cannot_take_are_replaced(encoding, tmp_path):
 
 
 @pytest.mark.skipif(os.name != "posix", reason="there are no devices among the files")
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [("pipe", "a device or a pipe"), ("n" * 300, "File name too long"), ("a\\u0000b", "the name has a NUL")],
+)
+@pytest.mark.parametrize("use", ["table", "mesh", "scenario"])
+def test_names_that_are_no_files_are_one_line(use, name, words, tmp_path, capsys):
+    for suffix in ("", ".vtu"):
+        os.mkfifo(tmp_path / f"pipe{suffix}")
+    if use == "scenario":
+        file = tmp_path / name.replace("\\u0000", "\0")
+    elif use == "mesh":
+        file = scenario(tmp_path, *net_of(f'file = "{name}.vtu"'))
+    else:
+        file = scenario(tmp_path, "[0, 0, -9.81]", f'{{ file = "{name}" }}')
+    line = failure_of(["check", file], capsys)
+    assert words in line
+    assert "\0" not in line
+
+
+@pytest.mark.skipif(os.name != "posix", reason="there are no devices among the files")
 def test_a_table_that_is_a_device_is_refused_before_it_is_read():
-    with pytest.raises(InputError, match="this is a device or a pipe: give the name of a CSV file"):
+    with pytest.raises(InputError, match="this is a device or a pipe: give the name of a file"):
         read_table("/dev/zero", ["t", "x"])

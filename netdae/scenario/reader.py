@@ -11,7 +11,7 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from netdae.core.errors import ScenarioError
-from netdae.core.files import reason_of
+from netdae.core.files import no_file, reason_of, shown
 from netdae.mesh.io import SUFFIXES
 from netdae.scenario.build import Build
 from netdae.scenario.files import names_of, with_full_names
@@ -76,6 +76,8 @@ class Scenario:
 def read_scenario(path: str | os.PathLike[str]) -> Scenario:
     """Read a scenario file; raises ScenarioError, one line with file, section and key, for what is wrong in it."""
     source = Path(path)
+    if trouble := no_file(source):
+        raise ScenarioError(f"{shown(source)}: the scenario cannot be read: {trouble}")
     try:
         text = source.read_bytes()
     except OSError as error:

@@ -12,7 +12,7 @@ import numpy as np
 
 from netdae.core.arrays import FloatArray
 from netdae.core.errors import InputError
-from netdae.core.files import reason_of
+from netdae.core.files import no_file, reason_of, shown
 
 
 def read_table(path: str | os.PathLike[str], *headers: Sequence[str]) -> dict[str, FloatArray]:
@@ -21,8 +21,8 @@ def read_table(path: str | os.PathLike[str], *headers: Sequence[str]) -> dict[st
     Blank lines do not count. Raises InputError that names the file, the line and the column.
     """
     source = Path(path)
-    if source.exists() and not (source.is_file() or source.is_dir()):  # a device may never end
-        raise InputError(f"{source}: this is a device or a pipe: give the name of a CSV file")
+    if trouble := no_file(source):
+        raise InputError(f"{shown(source)}: {trouble}")
     try:
         with source.open(encoding="utf-8-sig", newline="") as stream:  # spreadsheets begin a file with a mark
             reader = csv.reader(stream)
