@@ -28,7 +28,7 @@ app.command(
 app.command(
     "netdae.cli.forces:forces", name="forces", help="Rank the forces on a net by what they do in its flight."
 )
-app.command("netdae.cli.mesh:app", name="mesh", help="Generate a net and write it to a mesh file.")
+app.command("netdae.cli.mesh:app", name="mesh", help="Generate or convert a net and write it to a mesh file.")
 app.command("netdae.cli.info:info", name="info", help="Say what is in a mesh file.")
 app.command(
     "netdae.cli.render:render", name="render", help="Make pictures, movies or a page for browsers of a run."

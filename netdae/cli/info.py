@@ -20,11 +20,12 @@ def info(
     surface_edges: Annotated[
         bool, Parameter(negative="", help="Take the edges of surface cells as cables.")
     ] = False,
+    merge: Annotated[float | None, Parameter(help="Join nodes at most this far apart, m.")] = None,
 ) -> None:
     """Say what is in a mesh file: nodes, cables, groups, data, connected parts."""
     from netdae.mesh.io import describe
 
-    for line in _lines(mesh, describe(mesh, surface_edges=surface_edges)):
+    for line in _lines(mesh, describe(mesh, surface_edges=surface_edges, merge=merge)):
         print(line)
 
 

@@ -1,4 +1,4 @@
-"""`netdae mesh`: generate a net and write it to a mesh file."""
+"""`netdae mesh`: generate a net, or read one, and write it to a mesh file."""
 
 from __future__ import annotations
 
@@ -12,15 +12,43 @@ from netdae.cli.arguments import WholeNumber, place
 if TYPE_CHECKING:
     from netdae.model.net import CableNet
 
-app = App(name="mesh", help="Generate a net in the xy plane, centred at the origin.")
+app = App(name="mesh", help="Generate a net in the xy plane, centred at the origin, or convert a mesh file.")
 
 Output = Annotated[
-    Path, Parameter(name=["--output", "-o"], converter=place, help="File: .vtu .vtk .msh .xdmf or .inp.")
+    Path,
+    Parameter(name=["--output", "-o"], converter=place, help="File: .vtu .vtp .vtk .msh .xdmf .inp or .obj."),
 ]
 Subdivide = Annotated[WholeNumber, Parameter(help="Pieces that each cable is cut into.")]
 Overwrite = Annotated[bool, Parameter(negative="", help="Replace the file if it exists.")]
 Side = Annotated[float, Parameter(help="Side of the net, m.")]
 Radius = Annotated[float, Parameter(help="Distance from the centre to the corners, m.")]
+
+
+@app.default
+def convert(
+    *,
+    source: Annotated[
+        Path | None, Parameter(name="--from", converter=place, help="Mesh file to convert.")
+    ] = None,
+    output: Output | None = None,
+    surface_edges: Annotated[
+        bool, Parameter(negative="", help="Take the edges of surface cells as cables.")
+    ] = False,
+    merge: Annotated[float | None, Parameter(help="Join nodes at most this far apart, m.")] = None,
+    overwrite: Overwrite = False,
+) -> None:
+    """Convert a mesh file to another format: netdae mesh --from FILE -o FILE."""
+    from netdae.core.errors import InputError
+    from netdae.mesh.io import describe
+
+    if source is None or output is None:
+        raise InputError(
+            "netdae mesh takes a pattern, such as square, or --from FILE -o FILE: see netdae mesh --help"
+        )
+    found = describe(source, surface_edges=surface_edges, merge=merge)
+    for finding in found.findings:
+        print(f"{source}: {finding}")
+    _write(found.net, output, overwrite)
 
 
 @app.command

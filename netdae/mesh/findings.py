@@ -88,7 +88,8 @@ def report_coincident(nodes: FloatArray, findings: list[str], node_name: Callabl
         node = int(np.flatnonzero(origin != np.arange(len(nodes)))[0])
         findings.append(
             f"{many(extra, 'node')} at the place of another (first: {node_name(int(origin[node]))} and "
-            f"{node_name(node)}), not joined: merge them in the mesh where they are one knot"
+            f"{node_name(node)}), not joined: where they are one knot, give "
+            "merge = 1e-6 in [net], --merge 1e-6 on the command line"
         )
 
 

@@ -20,12 +20,15 @@ import numpy as np
 
 from netdae.core.arrays import FloatArray, IntArray
 from netdae.core.errors import InputError, MeshError
+from netdae.mesh.csv_pair import read_csv_pair
 from netdae.mesh.findings import FileNumbers
 from netdae.mesh.inp import read_inp, write_inp
 from netdae.mesh.msh import physical_groups_of, write_msh
 from netdae.mesh.msh_tables import data_of, elements_of, nodes_of
+from netdae.mesh.obj import read_obj, write_obj
 from netdae.mesh.raw import RawMesh, chain_of, corner_edges
 from netdae.mesh.vtk_lines import read_polylines
+from netdae.mesh.vtp import write_vtp
 from netdae.mesh.vtu_counts import check_xml
 from netdae.mesh.xdmf import read_xdmf
 from netdae.model.net import CableNet
@@ -93,6 +96,11 @@ def _raw_of_vtu(file: Path, said: io.StringIO) -> RawMesh:
     return read_polylines(file)
 
 
+def _raw_of_vtp(file: Path) -> RawMesh:
+    check_xml(file.read_bytes())
+    return read_polylines(file)
+
+
 def _raw_of_msh(file: Path) -> RawMesh:
     groups = physical_groups_of(file.read_bytes())
     numbers, points = nodes_of(groups.sections)
@@ -132,6 +140,9 @@ _READERS: dict[str, Callable[[Path], RawMesh]] = {
     ".msh": _raw_of_msh,
     ".xdmf": _raw_of_xdmf,
     ".inp": read_inp,
+    ".vtp": _raw_of_vtp,
+    ".obj": read_obj,
+    ".csv": read_csv_pair,
 }
 
 
@@ -233,6 +244,8 @@ _WRITERS: dict[str, Callable[[Path, CableNet, Mapping[str, FloatArray]], None]] 
     ".msh": write_msh,
     ".xdmf": _write_xdmf,
     ".inp": write_inp,
+    ".vtp": write_vtp,
+    ".obj": write_obj,
 }
 
 

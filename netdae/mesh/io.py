@@ -1,4 +1,4 @@
-"""Nets from mesh files and back: Gmsh .msh, VTK .vtu and .vtk, .xdmf, Abaqus .inp.
+"""Nets from mesh files and back: Gmsh .msh, VTK .vtu, .vtp and .vtk, .xdmf, Abaqus .inp, .obj; and from CSV tables.
 
 Physical groups, node and element sets, and integer data (everything that is not 0) are groups by their name:
 of nodes where they hold points, of cables where they hold lines. Cell data `diameter`, `area`,
@@ -16,16 +16,20 @@ from pathlib import Path
 import numpy as np
 
 from netdae.core.errors import InputError, MeshError
-from netdae.core.files import reason_of
+from netdae.core.files import no_file, reason_of, shown
 from netdae.mesh.findings import difference_of
 from netdae.mesh.formats import first_line, raw_mesh_of, write_mesh
 from netdae.mesh.net import net_of
+from netdae.mesh.weld import welded
 from netdae.model.net import CableNet
 
 log = logging.getLogger(__name__)
 
-SUFFIXES = (".vtu", ".vtk", ".msh", ".xdmf", ".inp")
+SUFFIXES = (".vtu", ".vtp", ".vtk", ".msh", ".xdmf", ".inp", ".obj")
 """Suffixes of the files that are read and written."""
+
+READ_ONLY = (".csv",)
+"""Suffixes of the files that are read alone."""
 
 
 _LFS = b"version https://git-lfs"
@@ -45,25 +49,31 @@ class Description:
     unused_data: tuple[str, ...]
 
 
-def read_net(path: str | os.PathLike[str], *, surface_edges: bool = False) -> CableNet:
+def read_net(
+    path: str | os.PathLike[str], *, surface_edges: bool = False, merge: float | None = None
+) -> CableNet:
     """Read a net from a mesh file; what its author should know goes to the log as warnings.
 
     Lines are cables; poly lines and quadratic lines are split at their nodes. With `surface_edges` the edges
-    of surface cells are cables as well, in the groups border and inner.
+    of surface cells are cables as well, in the groups border and inner. Nodes at most `merge` m apart are joined.
     Raises MeshError, one line with the file's name, for a file that is not a net.
     """
-    found = describe(path, surface_edges=surface_edges)
+    found = describe(path, surface_edges=surface_edges, merge=merge)
     for finding in found.findings:
         log.warning("%s: %s", path, finding)
     return found.net
 
 
-def describe(path: str | os.PathLike[str], *, surface_edges: bool = False) -> Description:
+def describe(
+    path: str | os.PathLike[str], *, surface_edges: bool = False, merge: float | None = None
+) -> Description:
     """Net, findings and unused data of a mesh file, see `read_net`."""
     file = Path(path)
     _check_file(file)
     try:
         raw = raw_mesh_of(file)
+        if merge is not None:
+            raw = welded(raw, merge)
         net, findings = net_of(raw, surface_edges=surface_edges)
     except InputError as error:
         raise MeshError(f"{path}: {error}") from error
@@ -77,6 +87,8 @@ def write_net(net: CableNet, path: str | os.PathLike[str], *, overwrite: bool = 
     Raises MeshError for a file that exists, unless `overwrite`, and for a net that the format cannot hold.
     """
     file = Path(path)
+    if trouble := no_file(file):
+        raise MeshError(f"{shown(file)}: {trouble}")
     suffix = _suffix_of(file)
     if file.is_dir():
         raise MeshError(f"{path}: this is a folder: give the name of a file")
@@ -107,20 +119,24 @@ def write_net(net: CableNet, path: str | os.PathLike[str], *, overwrite: bool = 
             temporary.unlink()
 
 
-def _suffix_of(file: Path) -> str:
+def _suffix_of(file: Path, *, reading: bool = False) -> str:
     suffix = file.suffix.lower()
-    if suffix not in SUFFIXES:
+    if suffix not in (*SUFFIXES, *(READ_ONLY if reading else ())):
         found = f"the ending {file.suffix!r} is unknown" if suffix else "the name has no ending"
-        raise MeshError(f"{file}: {found}: netdae reads and writes {', '.join(SUFFIXES)}")
+        raise MeshError(
+            f"{file}: {found}: netdae reads and writes {', '.join(SUFFIXES)}, and reads {', '.join(READ_ONLY)}"
+        )
     return suffix
 
 
 def _check_file(file: Path) -> None:
+    if trouble := no_file(file):
+        raise MeshError(f"{shown(file)}: {trouble}")
     if file.is_dir():
         raise MeshError(f"{file}: this is a folder: give the name of a mesh file")
     if not file.exists():
         raise MeshError(f"{file}: there is no such file: check the name and the folder")
-    _suffix_of(file)
+    _suffix_of(file, reading=True)
     if file.stat().st_size == 0:
         raise MeshError(f"{file}: the file is empty: write the mesh again")
     with contextlib.suppress(OSError), file.open("rb") as stream:  # the reader says what is wrong

@@ -92,7 +92,7 @@ def check_size(surface: Surface, net_size: float, name: str) -> None:
 
 def _triangles_in(file: Path) -> tuple[FloatArray, IntArray]:
     suffix = file.suffix.lower()
-    if suffix in NET_SUFFIXES:
+    if suffix in NET_SUFFIXES and suffix not in SUFFIXES:
         raise MeshError(
             f"this is the format of a net, and a target needs a closed surface: give one of {', '.join(SUFFIXES)}"
         )

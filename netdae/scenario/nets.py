@@ -16,8 +16,9 @@ from netdae.scenario.section import Count, Length, Section, Text, kind_of
 class MeshFile(Section):
     """A net from a mesh file."""
 
-    file: Text = Field(description="Mesh file: .vtu .vtk .msh .xdmf or .inp.")
+    file: Text = Field(description="Mesh file: .vtu .vtp .vtk .msh .xdmf .inp .obj or .csv.")
     surface_edges: bool = Field(False, description="Take the edges of surface cells as cables.")
+    merge: Length | None = Field(None, description="Nodes at most this far apart are joined, m.")
 
 
 class Square(Section):
@@ -92,7 +93,7 @@ def net_of(entry: Net, folder: Path, section: InSection) -> tuple[CableNet, tupl
     if isinstance(entry, MeshFile):
         path = folder / entry.file
         with section("net", key="file"):
-            found = describe(path, surface_edges=entry.surface_edges)
+            found = describe(path, surface_edges=entry.surface_edges, merge=entry.merge)
         return found.net, tuple(f"{path}: {finding}" for finding in found.findings)
     pattern = getattr(CableNet, entry.kind)
     with section("net"):
