@@ -633,3 +633,15 @@ def test_names_that_are_no_files_are_one_line(use, name, words, tmp_path, capsys
 def test_a_table_that_is_a_device_is_refused_before_it_is_read():
     with pytest.raises(InputError, match="this is a device or a pipe: give the name of a file"):
         read_table("/dev/zero", ["t", "x"])
+
+
+def test_signs_that_a_terminal_obeys_are_printed_as_text(tmp_path, capsys):
+    title = r'title = "<!-- \u001b[31mred\u001b]0;pwned\u0007 \u202e"'
+    file = scenario(tmp_path, 'title = "small"', title)
+    for verb in (["check", file], ["run", file, "-o", tmp_path / "out"]):
+        assert main([*map(str, verb)]) == 0
+        told = capsys.readouterr().out
+        assert r"<!-- \x1b[31mred\x1b]0;pwned\x07 \u202e" in told
+        assert not {"\x1b", "\x07", "\u202e"} & {*told}
+    file = scenario(tmp_path, '"free"' if '"free"' in SCENARIO else '"centre"', r'"\u001b[31m"')
+    assert r"\x1b[31m" in failure_of(["check", file], capsys)

@@ -510,6 +510,17 @@ def test_a_title_with_signs_of_html_stays_words(tmp_path):
     assert data_in(page)["title"] == "</script><b>5 m & more"
 
 
+def test_the_page_survives_any_title(tmp_path):
+    write_flight(tmp_path)
+    title = "<!--<script> {{data}} {{title}} \x1b[31m"
+    (tmp_path / "scenario.toml").write_text(f"title = {json.dumps(title)}\n", encoding="utf-8")
+    page = render_page(tmp_path).file.read_text(encoding="utf-8")
+    assert data_in(page)["title"] == title
+    # within a script, <!-- and <script hide its end from a browser
+    assert "<" not in re.search(r'id="flight">(.*?)</script>', page, re.DOTALL)[1]
+    assert "<title>&lt;!--&lt;script&gt; {{data}} {{title}}" in page
+
+
 def in_browser(page, folder):
     """Pixels of a page's scene as a browser shows its frame 1."""
     command = [

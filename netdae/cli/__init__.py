@@ -13,6 +13,7 @@ from cyclopts import App, CoercionError, CycloptsError, MissingArgumentError, Un
 from netdae import __version__
 from netdae.core.errors import InputError, RunError
 from netdae.core.files import reason_of
+from netdae.core.text import as_text
 
 app = App(
     name="netdae",
@@ -153,5 +154,5 @@ def _output() -> Iterator[_Output]:
 
 def _say(message: str, code: int) -> int:
     with contextlib.suppress(OSError):  # there is no other place to say it
-        print(" ".join(message.split()), file=sys.stderr)
+        print(as_text(" ".join(message.split())), file=sys.stderr)
     return code

@@ -6,6 +6,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from netdae.core.text import as_text
+
 if TYPE_CHECKING:
     from netdae.scenario.simulation import Simulation
 
@@ -24,7 +26,7 @@ def check(scenario: Path) -> None:
 
     simulation = read_scenario(scenario).build()
     for line in _lines(simulation):
-        print(line)
+        print(as_text(line))
     comparisons = compare_jacobian(simulation)
     for each in comparisons:
         left_out = f", {each.at_kinks} at a kink left out" if each.at_kinks else ""

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from netdae.core.errors import InputError, RunError
+from netdae.core.text import as_text
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -49,7 +50,7 @@ def fly_ensemble(
     simulation = scenario.build()  # reports mistakes before any process is started
     folder.claim()
     print(
-        f"{simulation.title}: {simulation.system.net.node_count} nodes, "
+        f"{as_text(simulation.title)}: {simulation.system.net.node_count} nodes, "
         f"{simulation.system.net.cable_count} cables, "
         f"t = {simulation.times[0]:g} to {simulation.times[-1]:g} s\n"
         f"{ensemble.size} starts disturbed by {ensemble.perturb:g} m, seed {ensemble.seed}, "
@@ -60,7 +61,7 @@ def fly_ensemble(
         simulation.compile()
     summary, bug = _fly(folder, simulation, workers)
     for line in _lines(folder, summary):
-        print(line)
+        print(as_text(line))
     if bug:
         raise RuntimeError(f"a member met a bug:\n{bug}")
     if summary["status"] != "finished":

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+from netdae.core.text import as_text
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
@@ -53,7 +55,7 @@ def forces(
         current=current,
     )
     for line in (simulation.title, *_scales(ranking, origin), *_table(ranking), *_verdict(ranking)):
-        print(line)
+        print(as_text(line))
 
 
 def _altitude_of(system: System, given: float | None, t: float = 0.0) -> tuple[float | None, str]:

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+from netdae.core.text import as_text
+
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
@@ -26,7 +28,7 @@ def info(
     from netdae.mesh.io import describe
 
     for line in _lines(mesh, describe(mesh, surface_edges=surface_edges, merge=merge)):
-        print(line)
+        print(as_text(line))
 
 
 def _lines(mesh: Path, found: Description) -> Iterator[str]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import App, Parameter
 
 from netdae.cli.arguments import WholeNumber, place
+from netdae.core.text import as_text
 
 if TYPE_CHECKING:
     from netdae.model.net import CableNet
@@ -47,7 +48,7 @@ def convert(
         )
     found = describe(source, surface_edges=surface_edges, merge=merge)
     for finding in found.findings:
-        print(f"{source}: {finding}")
+        print(as_text(f"{source}: {finding}"))
     _write(found.net, output, overwrite)
 
 

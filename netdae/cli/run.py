@@ -15,6 +15,7 @@ from cyclopts import Parameter
 
 from netdae.cli.arguments import place, whole_number
 from netdae.core.errors import InputError
+from netdae.core.text import as_text
 
 if TYPE_CHECKING:
     from netdae.model.state import State
@@ -184,7 +185,7 @@ def _fly_into(folder: RunFolder, build: Callable[[], Simulation], *, twin: bool 
             progress = Progress(float(simulation.times[-1]), title="twin")
             summary = fly_twin(build(), folder, summary, observers=[progress, _Stop()])
     for line in _lines(title.frame_count, folder, summary):
-        print(line)
+        print(as_text(line))
 
 
 class _Title:
@@ -208,7 +209,7 @@ class _Title:
         simulation = self._simulation
         net = simulation.system.net
         print(
-            f"{simulation.title}: {net.node_count} nodes, {net.cable_count} cables, "
+            f"{as_text(simulation.title)}: {net.node_count} nodes, {net.cable_count} cables, "
             f"{begin} to {simulation.times[-1]:g} s",
             flush=True,
         )
@@ -292,6 +293,9 @@ def _stopped_by_sigterm() -> Iterator[None]:
 
 class _LineHandler(logging.StreamHandler[TextIO]):
     """Prints a line each; a reader that has gone, for instance head, ends no flight."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        return as_text(super().format(record))
 
     def handleError(self, record: logging.LogRecord) -> None:
         if not isinstance(sys.exc_info()[1], BrokenPipeError):

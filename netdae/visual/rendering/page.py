@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import base64
 import json
+import re
 import tomllib
 from collections.abc import Sequence
 from html import escape
@@ -44,9 +45,11 @@ def page_of(
         "nodes": [renumbered[int(node)] for node in nodes],
     }
     title = _title(footage)
-    text = json.dumps({"title": title, **data}, separators=(",", ":")).replace("</", "<\\/")
+    text = json.dumps({"title": title, **data}, separators=(",", ":")).replace("<", "\\u003c")
     page = TEMPLATE.read_text(encoding="utf-8")
-    return page.replace("{{title}}", escape(title)).replace("{{data}}", text)
+    parts = {"{{title}}": escape(title), "{{data}}": text}
+    # in one pass: a title may itself have such a mark
+    return re.sub(r"\{\{(?:title|data)\}\}", lambda found: parts[found[0]], page)
 
 
 def data_of(footage: Footage, shown: Sequence[Frame], *, peak: float) -> dict[str, Any]:
