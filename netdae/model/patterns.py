@@ -17,7 +17,7 @@ import numpy as np
 from netdae.core.arrays import FloatArray, IntArray
 from netdae.core.errors import InputError
 
-LARGEST = 5_000_000
+LARGEST = 1_000_000
 """Most nodes that a generated net may have: a mistyped number beyond it would fill the memory."""
 
 

@@ -24,7 +24,7 @@ from netdae.scenario.initial import start_of
 from netdae.scenario.loads import loads_of
 from netdae.scenario.masses import masses_of
 from netdae.scenario.material import materials_of, prestressed_of
-from netdae.scenario.metrics import metrics_of
+from netdae.scenario.metrics import metrics_of, mouth_note
 from netdae.scenario.nets import net_of
 from netdae.scenario.orbit import orbit_load_of
 from netdae.scenario.output import times_of
@@ -137,6 +137,7 @@ class Build:
         if accuracy is not None:
             (notes if sharp_enough(options.tolerances, closings) else findings).append(accuracy)
         notes += unusual_of(system, state, start.launch)
+        notes += mouth_note(data.metrics, system.net)
         has = needs_met(system, metrics, data.tether, data.closing)
         return Simulation(
             self._title,

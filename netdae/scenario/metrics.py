@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pydantic import Field
 
+from netdae.model.net import CableNet
 from netdae.output.metrics import DeploymentMetrics
 from netdae.scenario.groups import check_group
 from netdae.scenario.section import Section, Text
@@ -42,3 +43,15 @@ def metrics_of(chosen: Metrics, system: System) -> DeploymentMetrics:
         check_group(net.node_groups, corners, "node")
     metrics.begin(system)  # finds the loop, or says what is wrong with it
     return metrics
+
+
+def mouth_note(chosen: Metrics, net: CableNet) -> list[str]:
+    """A note where a net without a group border is flown without a mouth that nobody has left out."""
+    if chosen.mouth is not None or "border" in {*net.node_groups, *net.cable_groups}:
+        return []
+    groups = sorted({*net.node_groups, *net.cable_groups} - {"all"})
+    named = f"one of {', '.join(groups[:8])}{', ...' if len(groups) > 8 else ''}" if groups else "it has none"
+    return [
+        "the net has no group border, so that no mouth is measured: give the group of its closed loop by mouth in "
+        f'[metrics] ({named}), or mouth = "none" where no mouth is meant'
+    ]

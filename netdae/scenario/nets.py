@@ -7,10 +7,17 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag
 
+from netdae.core.errors import InputError
 from netdae.mesh.io import describe
 from netdae.model.net import CableNet
 from netdae.scenario.problems import InSection
 from netdae.scenario.section import Count, Length, Section, Text, kind_of
+
+BYTES_PER_NODE = 8192
+"""Memory of a flight for each node: measured 7.9 kB by `netdae check` of square nets with 200² and 300² meshes."""
+
+MOST_NODES = 2 * 2**30 // BYTES_PER_NODE
+"""Most nodes of a net that is flown: 2 GiB of memory."""
 
 
 class MeshFile(Section):
@@ -94,7 +101,19 @@ def net_of(entry: Net, folder: Path, section: InSection) -> tuple[CableNet, tupl
         path = folder / entry.file
         with section("net", key="file"):
             found = describe(path, surface_edges=entry.surface_edges, merge=entry.merge)
+            _check_size(found.net)
         return found.net, tuple(f"{path}: {finding}" for finding in found.findings)
     pattern = getattr(CableNet, entry.kind)
     with section("net"):
-        return pattern(**entry.model_dump(exclude={"kind"})), ()
+        net = pattern(**entry.model_dump(exclude={"kind"}))
+        _check_size(net)
+        return net, ()
+
+
+def _check_size(net: CableNet) -> None:
+    if net.node_count > MOST_NODES:
+        memory = net.node_count * BYTES_PER_NODE / 2**30
+        raise InputError(
+            f"the net has {net.node_count} nodes, whose flight would take some {memory:.1f} GiB of memory: "
+            f"take at most {MOST_NODES} nodes (2 GiB), by fewer cells or pieces"
+        )
