@@ -404,7 +404,7 @@ def test_former_run_is_kept_unless_overwriting_is_asked_for(tmp_path, capsys):
     assert len(before) > 6
     capsys.readouterr()
     line = failure_of(["run", file, "-o", out], capsys)
-    assert "a former run is in this folder" in line
+    assert "this folder already holds an earlier run" in line
     assert "--overwrite" in line
     assert {path: path.read_bytes() for path in sorted(out.rglob("*")) if path.is_file()} == before
     (out / "frames" / "frame_000077.vtu").write_bytes(b"of a longer run")

@@ -548,7 +548,7 @@ def test_folder_with_a_former_ensemble_is_refused_and_kept(left, tmp_path, capsy
     for arguments in ([], ["--ensemble", "2"]):
         assert run(tmp_path, *arguments) == 2
         (line,) = capsys.readouterr().err.splitlines()
-        assert f"a former run is in this folder ({left[0]})" in line
+        assert f"this folder already holds an earlier run ({left[0]})" in line
         assert "--overwrite" in line
     assert [file.relative_to(tmp_path / "out").as_posix() for file in (tmp_path / "out").rglob("*.*")] == left
 

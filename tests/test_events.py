@@ -563,7 +563,7 @@ WRONG = [
     (lambda: EventDetector([Event("corner_area", 1.0)], SYSTEM, corners="centre"), "needs three corners"),
     (
         lambda: EventDetector([Event("mouth_area", 1.0)], SYSTEM, mouth="all"),
-        "the mouth 'all' is not one loop",
+        "the mouth group 'all' is not a single loop",
     ),
     (lambda: EventDetector([Event("tether_taut")], SYSTEM), "figure tether_taut needs a tether: add"),
     (lambda: EventDetector([Event("chaser_distance", 9.0)], SYSTEM), "needs a chaser"),

@@ -162,17 +162,21 @@ def test_chords_are_left_out_only_where_one_loop_through_all_nodes_remains() -> 
 @pytest.mark.parametrize(
     ("cables", "members", "reason"),
     [
-        (ring(4), [0, 1, 2, 3, 9], "node 9 has no border cable"),
-        ([*ring(4), (3, 4)], [0, 1, 2, 3, 4], "node 4 has one border cable, an open end"),
-        ([(0, 1), (1, 2)], [0, 1, 2], "node 0 has one border cable, an open end"),
+        (ring(4), [0, 1, 2, 3, 9], "node 9 has no cable to another node of the group"),
+        ([*ring(4), (3, 4)], [0, 1, 2, 3, 4], "node 4 has only one cable to another node of the group"),
+        ([(0, 1), (1, 2)], [0, 1, 2], "node 0 has only one cable to another node of the group"),
         (
             ring(4) + ring(3, 4),
             list(range(7)),
-            "separate loops: node 4 is not on the one of 4 nodes through node 0",
+            "separate loops: node 4 is not on the loop of 4 nodes through node 0",
         ),
-        (ring(4) + ring(4, 4) + [(1, 5)], list(range(8)), "node 1 has 3 border cables, to nodes 0, 2, 5"),
-        ([(i, j) for i in range(4) for j in range(i)], [0, 1, 2, 3], "node 0 has 3 border cables"),
-        (ring(4), [0, 1], "holds 2 nodes: a closed loop needs three or more"),
+        (
+            ring(4) + ring(4, 4) + [(1, 5)],
+            list(range(8)),
+            "node 1 has 3 cables in the group, to nodes 0, 2, 5",
+        ),
+        ([(i, j) for i in range(4) for j in range(i)], [0, 1, 2, 3], "node 0 has 3 cables in the group"),
+        (ring(4), [0, 1], "has 2 nodes, but a closed loop needs at least three"),
     ],
 )
 def test_what_is_not_one_loop_is_refused_with_its_reason(
@@ -199,10 +203,10 @@ def test_corners_come_in_the_order_of_the_mouth_also_on_threads_of_their_own() -
 
     twice = CableNet(nodes, np.vstack([net.cables, np.column_stack([bullets, corners[[0, 1, 2, 2]]])]))
     twice = replace(twice, node_groups={"bullets": bullets, "border": net.nodes_of("border")})
-    with pytest.raises(InputError, match="hang on the same node of the mouth"):
+    with pytest.raises(InputError, match="attach to the mouth at the same node"):
         corners_of(twice, loop, "bullets")
     loose = CableNet(nodes, net.cables, {"bullets": bullets})
-    with pytest.raises(InputError, match="no cable joins to the mouth"):
+    with pytest.raises(InputError, match="no cables connect to the mouth"):
         corners_of(loose, loop, "bullets")
 
 
@@ -308,7 +312,7 @@ def test_a_net_without_mouth_or_corners_has_empty_columns_and_no_figures_of_them
         assert "largest_corner_area" not in summary
     with pytest.raises(InputError, match="no node group 'corner'"):
         begun(bare_system, corners="corner")
-    for mouth, reason in (("rim", "no node group 'rim'"), ("pair", "holds 2 nodes")):
+    for mouth, reason in (("rim", "no node group 'rim'"), ("pair", "has 2 nodes")):
         with pytest.raises(
             InputError, match=rf'{reason}.*mouth = "none" in \[metrics\], mouth=None in Python'
         ):

@@ -37,7 +37,7 @@ def run(
         ),
     ] = None,
     overwrite: Annotated[
-        bool, Parameter(negative="", help="Replace a former run or ensemble in the folder.")
+        bool, Parameter(negative="", help="Replace an earlier run or ensemble in the folder.")
     ] = False,
     twin: Annotated[
         bool,

@@ -52,7 +52,7 @@ def loop_of(cables: IntArray, members: IntArray, *, name: str = "mouth") -> IntA
     members = np.unique(members)
     if len(members) < 3:
         count = "1 node" if len(members) == 1 else f"{len(members)} nodes"
-        raise InputError(f"the mouth {name!r} holds {count}: a closed loop needs three or more")
+        raise InputError(f"the mouth group {name!r} has {count}, but a closed loop needs at least three")
     inside = np.isin(cables, members).all(axis=1)
     neighbours: dict[int, set[int]] = {int(node): set() for node in members}
     for i, j in cables[inside].tolist():
@@ -60,18 +60,18 @@ def loop_of(cables: IntArray, members: IntArray, *, name: str = "mouth") -> IntA
         neighbours[j].add(i)
     for node, others in neighbours.items():
         if len(others) < 2:
-            found = "no border cable" if not others else "one border cable, an open end"
+            found = "no cable" if not others else "only one cable"
             raise InputError(
-                f"the mouth {name!r} is not a closed loop: node {node} has {found}; "
-                "a group of nodes that cables join in one ring is expected"
+                f"the mouth group {name!r} is not a closed loop: node {node} has {found} to another node of the group; "
+                "choose a group whose cables form one ring"
             )
     _leave_chords_out(neighbours)
     for node, others in neighbours.items():
         if len(others) != 2:
             raise InputError(
-                f"the mouth {name!r} is not one loop: node {node} has {len(others)} border cables, to nodes "
-                f"{', '.join(map(str, sorted(others)))}; "
-                "leave inner nodes out of the group or name the border's cables by a cable group"
+                f"the mouth group {name!r} is not a single loop: node {node} has {len(others)} cables in the group, to "
+                f"nodes {', '.join(map(str, sorted(others)))}; "
+                "remove inner nodes from the group, or define a cable group for the border"
             )
     first = int(members[0])
     loop, here = [first], min(neighbours[first])
@@ -82,8 +82,8 @@ def loop_of(cables: IntArray, members: IntArray, *, name: str = "mouth") -> IntA
     if len(loop) < len(members):
         outside = int(np.setdiff1d(members, loop)[0])
         raise InputError(
-            f"the mouth {name!r} is separate loops: node {outside} is not on the one of {len(loop)} nodes "
-            f"through node {first}; make a group of one loop"
+            f"the mouth group {name!r} forms separate loops: node {outside} is not on the loop of {len(loop)} nodes "
+            f"through node {first}; choose a group that is one loop"
         )
     return np.array(loop, dtype=np.int64)
 
@@ -138,7 +138,10 @@ def corners_of(net: CableNet, loop: IntArray, corners: str) -> IntArray:
         reached = ends[(place[ends[:, 0]] < unset) & (place[ends[:, 1]] == unset)]
         if len(reached) == 0:
             node = members[place[members] == unset][0]
-            raise InputError(f"the corners {corners!r} hold node {node}, which no cable joins to the mouth")
+            raise InputError(
+                f"the corner group {corners!r} contains node {node}, which no cables connect to the mouth; "
+                "choose other corners"
+            )
         np.minimum.at(place, reached[:, 1], place[reached[:, 0]])
     order = np.argsort(place[members], kind="stable")
     result = members[order]
@@ -146,7 +149,7 @@ def corners_of(net: CableNet, loop: IntArray, corners: str) -> IntArray:
     if len(same):
         i, j = result[same[0]], result[same[0] + 1]
         raise InputError(
-            f"the corners {corners!r} hold the nodes {i} and {j}, which hang on the same node of the mouth: "
-            "their order along it is open; name other corners"
+            f"the corner group {corners!r} contains nodes {i} and {j}, which attach to the mouth at the same node, so "
+            "their order around it is ambiguous; choose other corners"
         )
     return result

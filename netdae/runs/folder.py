@@ -77,8 +77,9 @@ class RunFolder:
             )
         if former and not self._overwrite:
             raise InputError(
-                f"{self.path}: a former run is in this folder ({former[0].relative_to(self.path).as_posix()}): "
-                "choose another by -o, or replace the run by --overwrite"
+                f"{self.path}: this folder already holds an earlier run "
+                f"({former[0].relative_to(self.path).as_posix()}): choose another by -o, "
+                "or replace the run by --overwrite"
             )
         read = {file.resolve() for file in scenario.files}
         lost = next((file for file in former if file.resolve() in read), None)
