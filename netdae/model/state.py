@@ -16,6 +16,7 @@ from zipfile import BadZipFile
 import numpy as np
 from numpy.typing import ArrayLike
 
+from netdae.core.archives import check_archive
 from netdae.core.arrays import FloatArray
 from netdae.core.errors import InputError
 
@@ -136,6 +137,7 @@ class Trajectory:
                 f"{source} is not there: give the output folder of a finished run, or its trajectory.npz"
             )
         try:
+            check_archive(source)
             with np.load(source) as arrays:
                 return cls(*(arrays[name] for name in _ARRAYS))
         except (OSError, ValueError, KeyError, EOFError, TypeError, BadZipFile, zlib.error) as error:

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from netdae.core.archives import check_archive
 from netdae.core.arrays import FloatArray
 from netdae.core.errors import InputError, RunError
 from netdae.core.files import reason_of, write_whole
@@ -201,6 +202,7 @@ def _state_of(arrays: Mapping[str, NDArray[Any]]) -> State:
 def _read(source: Path) -> dict[str, Any]:
     """All arrays of a checkpoint, with those of a State among them."""
     try:
+        check_archive(source)
         with np.load(source) as found:
             arrays = {name: found[name] for name in found.files}
         for name in ("t", "x", "v", "a", *_BOOKS):
