@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from netdae.initial.scaled import ejected, scaled
     from netdae.initial.spin import spun
     from netdae.initial.star import star
+    from netdae.mesh.graph import net_of_graph
     from netdae.mesh.io import read_net, write_net
     from netdae.mesh.surface import read_surface
     from netdae.model.material import Material
@@ -100,6 +101,7 @@ _HOMES = {
     "netdae.initial.scaled": ("ejected", "scaled"),
     "netdae.solvers.driver": ("integrate",),
     "netdae.model.material": ("Material",),
+    "netdae.mesh.graph": ("net_of_graph",),
     "netdae.mesh.io": ("read_net", "write_net"),
     "netdae.mesh.surface": ("read_surface",),
     "netdae.output.metrics": ("COLUMNS", "DeploymentMetrics"),

@@ -8,6 +8,7 @@ import pyvista
 
 from netdae.cli import main
 from netdae.core.errors import MeshError
+from netdae.mesh.graph import net_of_graph
 from netdae.mesh.io import SUFFIXES, describe, read_net, write_net
 from netdae.model.net import CableNet
 
@@ -133,3 +134,34 @@ def test_names_that_are_no_files_are_one_line(tmp_path, name, words):
     with pytest.raises(MeshError, match=words) as caught:
         read_net(tmp_path / name)
     assert "\0" not in str(caught.value)
+
+
+class Graph:
+    """What of a networkx graph is used."""
+
+    def __init__(self, nodes, edges):
+        self._nodes, self._edges = nodes, edges
+
+    def nodes(self, data):
+        return self._nodes
+
+    def edges(self, data):
+        return self._edges
+
+
+def test_graph_is_a_net():
+    nodes = [
+        ("a", {"pos": (0, 0), "group": "tips"}),
+        (7, {"pos": (1, 0)}),
+        ("c", {"pos": (2, 0, 1), "group": ["tips", "x"]}),
+    ]
+    edges = [("a", 7, {"diameter": 2e-3}), (7, "c", {"group": "red", "rest_length": 2.0})]
+    net = net_of_graph(Graph(nodes, edges))
+    np.testing.assert_array_equal(net.nodes, [[0, 0, 0], [1, 0, 0], [2, 0, 1]])
+    np.testing.assert_array_equal(net.cables, [[0, 1], [1, 2]])
+    np.testing.assert_array_equal(net.node_groups["tips"], [0, 2])
+    np.testing.assert_array_equal(net.cable_groups["red"], [1])
+    np.testing.assert_array_equal(net.rest_length, [1.0, 2.0])
+    np.testing.assert_array_equal(net.cable_data["diameter"], [2e-3, np.nan])
+    with pytest.raises(MeshError, match="node 'b' of the graph has no pos"):
+        net_of_graph(Graph([("b", {})], []))
