@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from netdae.model.shapes.surface_mesh import SurfaceMesh
     from netdae.model.signals import Function, Pulse, Table
     from netdae.model.state import State, Trajectory
+    from netdae.model.target import Contact, Obstacle, Target
     from netdae.model.tether import Chaser, Tether
     from netdae.output.metrics import COLUMNS, DeploymentMetrics
     from netdae.output.observers import MetricsCsv, Progress
@@ -135,6 +136,7 @@ _HOMES = {
     "netdae.solvers.statics": ("Equilibrium", "equilibrium"),
     "netdae.initial.canister": ("Canister",),
     "netdae.system.system": ("System",),
+    "netdae.model.target": ("Contact", "Obstacle", "Target"),
     "netdae.model.tether": ("Chaser", "Tether"),
     "netdae.system.tether_assembly": ("with_tether",),
     "netdae.output.vtk": ("VtuSeries",),
