@@ -10,6 +10,7 @@ from netdae.core.arrays import BoolArray, FloatArray, IntArray, wholes
 from netdae.core.records import Record
 from netdae.forces.elements import ElementForce
 from netdae.forces.force import Force
+from netdae.forces.gyroscope import GYROSCOPE
 from netdae.forces.loops import SUMS
 from netdae.forces.table import Table
 from netdae.model.motions import Fixed
@@ -30,8 +31,12 @@ class Kernel:
     """
 
     def __init__(self, system: System, drive: Drive, longest: int) -> None:
+        self.pose = None if system.body is None else Record(system.body.pose.values)
+        if self.pose is not None:
+            system = system.seen_by(self.pose)
         laws = [(force, force.law) for force in system.forces if isinstance(force, ElementForce)]
-        apart = [force for force, law in laws if law.implicit or law.steady]
+        turning = [force for force, law in laws if law is GYROSCOPE]
+        apart = [force for force, law in laws if law.implicit or law.steady] + turning
         slow = [force for force, _ in laws if is_slow(force) and force not in apart]
         forces = [force for force in system.forces if force not in apart and force not in slow]
         self.table = Table(forces, system.in_space, watch_lengths=True)
@@ -51,7 +56,8 @@ class Kernel:
         in_python = any(not isinstance(force, ElementForce) for force in forces)
         whole = in_python or self._damping.at(0.0).damps
         always = _nodes_of([*forces, *drums], self.entries, system.net.node_count)
-        self._bodies = Record(Bodies(mass, share, system.in_space, always, whole, shortest))
+        turned = _turned_of(system, self.pose)
+        self._bodies = Record(Bodies(mass, share, system.in_space, always, whole, shortest, *turned))
         self._room = Record(_room_of(len(mass)))
         self.rubs = any(law.rate is not None and force.parameters.friction > 0 for force, law in laws)
         self._drums = Record(drums_of(drums, self._on_drums))
@@ -70,8 +76,19 @@ class Kernel:
         )
         self._motions = [r.motion for r in drive.restraints]
         self._fixed = all(isinstance(each, Fixed) for each in self._motions)
-        self._no_history = np.empty((0, 3, len(mass))), np.empty((0, 10))
+        self._no_history = np.empty((0, 3, len(mass))), np.empty((0, 10)), np.empty((0, 4))
         self._no_motions = np.zeros((longest + 1, 3, 3 * len(self._motions)))
+
+    @property
+    def memory(self) -> FloatArray:
+        """What the next step depends on besides x, v and a: the base of a target's attitude."""
+        return np.zeros(0) if self.pose is None else self.pose.values.base.copy()
+
+    def remember(self, memory: FloatArray) -> None:
+        """Go on from another memory."""
+        if self.pose is not None:
+            self.pose.values.base[:] = memory
+            self.pose.values.known[:] = np.nan
 
     def look_at_anchors(self) -> None:
         """Take the drive's anchors, which a resumed flight sets before it enters a phase."""
@@ -93,7 +110,7 @@ class Kernel:
         limits: tuple[float, float] = (math.inf, math.inf),
         fresh: bool = False,
         powers: FloatArray | None = None,
-        history: tuple[FloatArray, FloatArray] | None = None,
+        history: tuple[FloatArray, FloatArray, FloatArray] | None = None,
     ) -> Tally:
         """Take steps, at most as many as the `longest` chunk has; raises what a force written in Python raises.
 
@@ -141,6 +158,14 @@ def is_slow(force: Force) -> bool:
     return force.law.external and force.newton == "nothing" and is_constant(force.signal)
 
 
+def _turned_of(system: System, pose: Record | None) -> tuple[int, int, bool, float]:
+    """Of a target: address of its attitude, where its spin begins, whether it is free, and its radius in m."""
+    body = system.body
+    if body is None or pose is None:
+        return 0, 0, False, 0.0
+    return pose.address, 3 * body.spin, body.target.motion == "free", body.radius
+
+
 def _zeros(size: int, needed: bool) -> FloatArray:
     return np.zeros(size if needed else 0)
 
@@ -166,7 +191,7 @@ def _room_of(size: int) -> Room:
         moves=np.zeros(n, dtype=np.bool_),
         begin=wholes(n),
         end=wholes(n),
-        counts=wholes(2),
+        counts=wholes(3),
         reach=np.zeros(5),
         drift=drift,
         sums=np.zeros(SUMS),

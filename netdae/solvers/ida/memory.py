@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes as c
+import math
 
 from netdae.core.arrays import FloatArray
 from netdae.solvers.ida.calls import (
@@ -95,6 +96,10 @@ class IdaMemory:
         put(word(self._yp), 1, self._data[1])
         self._library.call("IDAReInit", self._ida, t, self._y, self._yp)
         self._library.call("IDAGetNumErrTestFails", self._ida, self._address + _ERRORS_FAILED)
+
+    def bound_step(self, h: float) -> None:
+        """Let no step be longer than h s; infinite for no bound."""
+        self._library.call("IDASetMaxStep", self._ida, 0.0 if h == math.inf else h)
 
     def stop_at(self, t: float) -> None:
         """Let no step reach beyond t."""

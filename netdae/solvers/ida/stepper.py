@@ -36,7 +36,7 @@ from netdae.model.restraints import Drive
 from netdae.solvers.ida.failures import STANDS_STILL, STUCK, failure_of, not_finite, reason_of
 from netdae.solvers.linalg.condensed import CondensedSolver
 from netdae.solvers.options import HIGHEST_ORDER, SolverOptions
-from netdae.solvers.stepper import Scan, Step
+from netdae.solvers.stepper import Scan, Step, longest_step_of
 from netdae.system.system import System
 
 logger = logging.getLogger(__name__)
@@ -95,7 +95,7 @@ class IdaSolver:
             precond=IDAPrecond(self._setup, self._solve),
             jactimes=IDAJacTimes(None, self._true_product if true else self._frozen_product),
             max_order=options.max_order or HIGHEST_ORDER,
-            max_step=options.max_step or 0.0,
+            max_step=longest_step_of(system, options),
             algebraic_idx=np.flatnonzero(np.stack((drive.mask, drive.mask))),
         )
 
@@ -113,20 +113,26 @@ class IdaSolver:
 
     def step(self, stop: float) -> list[Step]:
         """One internal step towards `stop`, not beyond."""
-        t, y, yp, _ = self._advance(stop, "onestep", stop)
+        t, y, yp, *_ = self._advance(stop, "onestep", stop)
         if t == self._t:  # after an output inside the last step IDA returns to its end first
-            t, y, yp, _ = self._advance(stop, "onestep", stop)
+            t, y, yp, *_ = self._advance(stop, "onestep", stop)
         self.counts["steps"] += 1
         stuck = t - self._t <= 4 * math.ulp(max(abs(t), 1e-300))
         self.counts["stuck"] = self.counts["stuck"] + 1 if stuck else 0
         if self.counts["stuck"] > STUCK:
             raise RunError(self._failure(reason_of(STANDS_STILL)))
         self._t = t
-        return [Step(t, y, yp)]
+        return [self._turned(t, y, yp)]
+
+    def _turned(self, t: float, y: FloatArray, yp: FloatArray) -> Step:
+        """An accepted step, with the target's attitude, from which that of the next follows."""
+        body = self._system.body
+        return Step(t, y, yp, None, None if body is None else body.advance(t, *y))
 
     def output(self, t: float) -> Step:
         """The state inside the last step, by IDA's own polynomial."""
-        return self._advance(t, "normal", None)
+        inner, body = self._advance(t, "normal", None), self._system.body
+        return inner if body is None else inner._replace(attitude=body.attitude_at(t, *inner.y))
 
     def memory(self) -> dict[str, FloatArray]:
         """Nothing: a resumed flight starts this integrator afresh."""
