@@ -112,6 +112,7 @@ class Law:
     ranked : (parameters, D) -> name, force in N and formula for the ranking of forces on a net that moves by D in m
     bound : (parameters, nodes, strain, x) -> what the stable explicit step sees of it while no E11 passes `strain`;
         None takes the current tangent, which suffices for forces that change slowly
+    across : whether it acts across the cords, so that its bound and theirs do not add up
     """
 
     parameters: type
@@ -135,6 +136,7 @@ class Law:
     steady: bool = False
     ranked: Callable[[Any, float], tuple[str, float, str]] | None = None
     bound: Callable[[Any, IntArray, float, FloatArray], list[Family]] | None = None
+    across: bool = False
 
     def __post_init__(self) -> None:
         LAWS[self.parameters] = self

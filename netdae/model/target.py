@@ -37,6 +37,7 @@ class Contact:
     dissipation : λ, s/m, of Hunt and Crossley: a slow rebound keeps about 1 − λ v of its speed v
     friction : μ
     slip_speed : v_s, m/s, at which friction has 1/√2 of its full force
+    closing_speed : m/s, at which a stiffness that is chosen stops a knot or bullet within 1 mm
 
     Raises InputError for values out of range.
     """
@@ -46,6 +47,7 @@ class Contact:
     dissipation: float = 0.3
     friction: float = 0.3
     slip_speed: float = 0.01
+    closing_speed: float = 5.0
 
     def __post_init__(self) -> None:
         k = self.stiffness
@@ -57,10 +59,10 @@ class Contact:
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0):
                 raise InputError(f"contact: {name} is {value:g}: give a finite number, zero or more")
-        if not (math.isfinite(self.slip_speed) and self.slip_speed > 0):
-            raise InputError(
-                f"contact: slip_speed is {self.slip_speed:g} m/s: give a finite number above zero"
-            )
+        for name in ("slip_speed", "closing_speed"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0):
+                raise InputError(f"contact: {name} is {value:g} m/s: give a finite number above zero")
 
 
 @dataclass(frozen=True, eq=False)

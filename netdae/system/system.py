@@ -25,9 +25,10 @@ from netdae.model.phases import pieces_of
 from netdae.model.restraints import Drive, Restraint, mask_of
 from netdae.model.signals import check_covers
 from netdae.model.state import State
-from netdae.model.target import Target
+from netdae.model.target import Obstacle, Target
 from netdae.system import matrices
 from netdae.system.assembly import BlockPattern
+from netdae.system.contact_assembly import contacts_of
 from netdae.system.damping import Damping, Rayleigh, check_damping
 from netdae.system.masses import check_free_nodes, lumped_masses
 from netdae.system.net_forces import NetForces, Powers, stores_energy, wrench_of
@@ -54,6 +55,7 @@ class System:
     loads, restraints : what acts on the net from outside
     reels : drums at nodes of their own that pay out or wind in cables
     target : a rigid body that the net meets; it adds two nodes to `net`, see `target_nodes`
+    obstacles : parts that are fixed in space
     forces : user-defined forces, see `forces.force`
 
     Raises InputError for what cannot be simulated: unknown groups, a free node without mass.
@@ -70,6 +72,7 @@ class System:
         restraints: Iterable[Restraint] = (),
         reels: Iterable[Reel] = (),
         target: Target | None = None,
+        obstacles: Iterable[Obstacle] = (),
         forces: Iterable[Force] = (),
     ) -> None:
         self.body = None if target is None else TargetNodes.of(target, net)
@@ -105,6 +108,7 @@ class System:
             self.cords.engineering,
             tau,
         )
+        contacts, self._kept = contacts_of(net, self.cords, self.mass, of_net, self.body, tuple(obstacles))
         own = tuple(forces)
         for force in own:
             check_force(force)
@@ -115,6 +119,7 @@ class System:
             *(() if self.body is None else self.body.forces()),
             *(load.on(net, self.cords, self.spatial_mass) for load in loads),
             *own,
+            *contacts,
         )
         self._net_forces = NetForces.of(self.forces, self.in_space)
         self._phase = (-math.inf, math.inf)
@@ -129,10 +134,13 @@ class System:
         other._hold(active)
         return other
 
-    def seen_by(self, pose: Record) -> System:
-        """The same system, whose forces see the target's attitude in another pose."""
+    def seen_by(self, pose: Record | None, *, elastic: bool = False) -> System:
+        """The same system as compiled methods see it: contact has a memory of its own, and the pose of its target.
+
+        elastic : whether contact leaves out damping and friction
+        """
         other = copy(self)
-        other.forces = seen_by(self.forces, pose)
+        other.forces = seen_by(self.forces, pose, elastic=elastic)
         return other
 
     def whole(self, start: State) -> State:

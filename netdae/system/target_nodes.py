@@ -11,6 +11,7 @@ from numba import njit
 from netdae.core.arrays import FloatArray
 from netdae.core.errors import InputError
 from netdae.core.records import Record, load
+from netdae.forces.contact import MEETING
 from netdae.forces.elements import ElementForce
 from netdae.forces.force import Force
 from netdae.forces.gyroscope import GYROSCOPE, Gyroscope
@@ -147,15 +148,21 @@ class TargetNodes:
         return R @ (pose.mass * pose.rho * v[self.spin])
 
 
-def seen_by(forces: tuple[Force, ...], pose: Record) -> tuple[Force, ...]:
-    """The same forces with memories of their own, which see the attitude of another pose."""
-    return tuple(_with_pose(force, pose) for force in forces)
+def seen_by(forces: tuple[Force, ...], pose: Record | None, *, elastic: bool) -> tuple[Force, ...]:
+    """The same forces, but contact with a memory of its own, a tangent for Newton's matrix and another pose.
+
+    elastic : whether it leaves out damping and friction
+    """
+    return tuple(_own(force, pose, elastic=elastic) for force in forces)
 
 
-def _with_pose(force: Force, pose: Record) -> Force:
-    if not isinstance(force, ElementForce) or "pose" not in force.law.parameters._fields:  # type: ignore[attr-defined]
+def _own(force: Force, pose: Record | None, *, elastic: bool) -> Force:
+    if not isinstance(force, ElementForce) or not force.law.across:
         return force
-    return replace(force, parameters=force.parameters._replace(pose=pose.address))
+    settings: dict[str, Any] = {"elastic": elastic, "exact": False}
+    if force.law is MEETING and pose is not None:
+        settings["pose"] = pose.address
+    return replace(force, parameters=force.parameters._replace(**settings))
 
 
 @njit(cache=True)

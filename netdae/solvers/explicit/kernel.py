@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
 from netdae.core.arrays import BoolArray, FloatArray, IntArray, wholes
 from netdae.core.records import Record
+from netdae.forces.contact import MEETING, RESTING
 from netdae.forces.elements import ElementForce
 from netdae.forces.force import Force
 from netdae.forces.gyroscope import GYROSCOPE
@@ -19,6 +21,7 @@ from netdae.model.signals import is_constant
 from netdae.solvers.explicit.drums import drums_of
 from netdae.solvers.explicit.parts import POWERS, Acting, Bodies, Held, Room, Tally
 from netdae.solvers.explicit.rayleigh import ImplicitDamping, drags_of
+from netdae.solvers.explicit.rubbing import Contacts
 from netdae.solvers.explicit.verlet import fly
 from netdae.system.system import System
 
@@ -32,8 +35,7 @@ class Kernel:
 
     def __init__(self, system: System, drive: Drive, longest: int) -> None:
         self.pose = None if system.body is None else Record(system.body.pose.values)
-        if self.pose is not None:
-            system = system.seen_by(self.pose)
+        system = system.seen_by(self.pose, elastic=True)
         laws = [(force, force.law) for force in system.forces if isinstance(force, ElementForce)]
         turning = [force for force, law in laws if law is GYROSCOPE]
         apart = [force for force, law in laws if law.implicit or law.steady] + turning
@@ -60,6 +62,7 @@ class Kernel:
         self._bodies = Record(Bodies(mass, share, system.in_space, always, whole, shortest, *turned))
         self._room = Record(_room_of(len(mass)))
         self.rubs = any(law.rate is not None and force.parameters.friction > 0 for force, law in laws)
+        self._contacts, self._places = _contacts_of(self.table)
         self._drums = Record(drums_of(drums, self._on_drums))
         self._acting = Record(
             Acting(
@@ -71,6 +74,7 @@ class Kernel:
                 slow_v=_zeros(len(mass), bool(slow)),
                 ahead=_zeros(len(mass), bool(self.table.rows.ahead.any())),
                 in_python=in_python,
+                contacts=0 if self._contacts is None else self._contacts.address,
                 rubs=self.rubs,
             )
         )
@@ -81,14 +85,22 @@ class Kernel:
 
     @property
     def memory(self) -> FloatArray:
-        """What the next step depends on besides x, v and a: the base of a target's attitude."""
-        return np.zeros(0) if self.pose is None else self.pose.values.base.copy()
+        """What the next step depends on besides x, v and a: the base of a target's attitude, and s of contacts."""
+        base = () if self.pose is None else (self.pose.values.base,)
+        return np.concatenate((*base, *self._places, np.zeros(0)))
+
+    def see(self, base: FloatArray) -> None:
+        """Let a flight begin where the base of the target's attitude is this."""
+        self.remember(np.concatenate((base, self.memory[len(base) :])))
 
     def remember(self, memory: FloatArray) -> None:
         """Go on from another memory."""
         if self.pose is not None:
-            self.pose.values.base[:] = memory
+            base, memory = np.split(memory, [len(self.pose.values.base)])
+            self.pose.values.base[:] = base
             self.pose.values.known[:] = np.nan
+        for place in self._places:
+            place[:], memory = memory[: len(place)], memory[len(place) :]
 
     def look_at_anchors(self) -> None:
         """Take the drive's anchors, which a resumed flight sets before it enters a phase."""
@@ -156,6 +168,19 @@ def is_slow(force: Force) -> bool:
     if not isinstance(force, ElementForce) or force.law.shares != ("external",):
         return False
     return force.law.external and force.newton == "nothing" and is_constant(force.signal)
+
+
+def _contacts_of(table: Table) -> tuple[Record | None, list[FloatArray]]:
+    """Forces of contact in a table, None where there are none, and where they keep s."""
+    found: dict[Any, list[int]] = {MEETING: [], RESTING: []}
+    places = []
+    for force, record in zip(table.forces, table.elements, strict=True):
+        if isinstance(force, ElementForce) and force.law in found:
+            found[force.law].append(record.address)
+            places.append(force.kept.place)
+    if not places:
+        return None, []
+    return Record(Contacts(*(np.array(each, dtype=np.int64) for each in found.values()))), places
 
 
 def _turned_of(system: System, pose: Record | None) -> tuple[int, int, bool, float]:

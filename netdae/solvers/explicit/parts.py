@@ -36,6 +36,7 @@ class Acting(NamedTuple):
     slow_v: Reals
     ahead: Reals  # (3n,), room for velocities at the end of the step where a force needs them, or (0,)
     in_python: bool  # whether any force is written in Python
+    contacts: int  # address of the Contacts, or 0
     rubs: bool  # whether friction bounds the step
 
 

@@ -87,7 +87,7 @@ class ExplicitSolver:
         self._kernel.go_on(phase, t)
         self._now = np.stack((y[0].ravel(), y[1].ravel(), yp[1].ravel()))
         if (body := self._system.body) is not None and self._kernel.pose is not None:
-            self._kernel.remember(body.pose.values.base)
+            self._kernel.see(body.pose.values.base)
             self._now[2].reshape(-1, 3)[body.spin] -= body.gyroscopic(y[1])
         self._energy = self._energy_now()
         self._scale = abs(self._energy)

@@ -62,6 +62,7 @@ from netdae.solvers.explicit.drums import Drums, hold_drums
 from netdae.solvers.explicit.held import add_reactions, drive
 from netdae.solvers.explicit.parts import IMPULSE, LOST, WORK, Acting, Bodies, Held, Room, Tally
 from netdae.solvers.explicit.rayleigh import Solver, damp, drag_all
+from netdae.solvers.explicit.rubbing import Contacts, rub
 from netdae.solvers.explicit.turning import attitude_now
 from netdae.solvers.explicit.wrench import add_brakes, add_slow_wrench
 
@@ -123,6 +124,8 @@ def fly(
                 activate_all(room)
         _evaluate(t + step * h, x, v, rows, acting, room)
         lost, brought = _hold_drums(x, v, h, bodies, acting, room, powers)
+        if acting.contacts != 0:
+            lost += rub(v, room.f, room.kick, load(acting.contacts, Contacts), powers[IMPULSE:])
         if solver.damps:
             lost += _damp(x, v, h, bodies, held, room, solver, motions[step], powers)
         _sum_up(x, h, lost, brought, bodies, held, room, motions, step, powers)

@@ -37,8 +37,7 @@ class IdaRecord:
     def __init__(self, system: System, drive: Drive, options: SolverOptions, rows: int) -> None:
         self.pose = None if system.body is None else Record(system.body.pose.values)
         self._pose_address = 0 if self.pose is None else self.pose.address
-        if self.pose is not None:
-            system = system.seen_by(self.pose)
+        system = system.seen_by(self.pose)
         self._record = np.zeros(1, RECORD)
         self.address = int(self._record.ctypes.data)
         self._drive = drive
