@@ -145,7 +145,9 @@ def _curved(c: Any, d: Vector) -> Vector:
 @compiled
 def _least(p: Any, e: int, bi: Vector, d: Vector, reach: float) -> tuple[float, float, Vector, Any]:
     """The least ψ, its s, b there and `curvature` at b; or any ψ where the least is known to be above `reach`."""
-    s, low, high, regular, part = p.place[e], 0.0, 1.0, p.regular[e], p.part[e]
+    s, low, high, regular, part = p.place[e], -1.0, 2.0, p.regular[e], p.part[e]
+    if not 0.0 <= s <= 1.0:  # after an evaluation at not-a-number
+        s = 0.5
     length = sqrt(dot(d, d))
     b = bi[0] + s * d[0], bi[1] + s * d[1], bi[2] + s * d[2]
     c = curvature_at(p.parts, part, b[0], b[1], b[2])
@@ -165,8 +167,8 @@ def _least(p: Any, e: int, bi: Vector, d: Vector, reach: float) -> tuple[float, 
         new = min(max(s - slope / curve, 0.0), 1.0)
         if abs(new - s) <= PLACED:
             break
-        if not low <= new <= high:
-            new = 0.5 * (low + high)
+        if not low < new < high:  # as where it is seen against a flat face from both ends
+            new = 0.5 * (max(low, 0.0) + min(high, 1.0))
         s = new
         b = bi[0] + s * d[0], bi[1] + s * d[1], bi[2] + s * d[2]
         c = curvature_at(p.parts, part, b[0], b[1], b[2])
