@@ -49,8 +49,8 @@ REGULAR = 1e-3
 """ε, m."""
 
 ITERATIONS = 30
-PLACED = 1e-9
-"""Error of s at which Newton's method ends; it converges with the second order."""
+PLACED, EXACTLY = 1e-9, 1e-13
+"""Step of s at which Newton's method ends, and that for an exact tangent; it converges with the second order."""
 
 UPRIGHT: Matrix = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 ORIGIN: Vector = (0.0, 0.0, 0.0)
@@ -146,6 +146,7 @@ def _curved(c: Any, d: Vector) -> Vector:
 def _least(p: Any, e: int, bi: Vector, d: Vector, reach: float) -> tuple[float, float, Vector, Any]:
     """The least ψ, its s, b there and `curvature` at b; or any ψ where the least is known to be above `reach`."""
     s, low, high, regular, part = p.place[e], -1.0, 2.0, p.regular[e], p.part[e]
+    placed = EXACTLY if p.exact else PLACED
     if not 0.0 <= s <= 1.0:  # after an evaluation at not-a-number
         s = 0.5
     length = sqrt(dot(d, d))
@@ -165,7 +166,7 @@ def _least(p: Any, e: int, bi: Vector, d: Vector, reach: float) -> tuple[float, 
             low = s
         curve = max(dot(d, _curved(c, d)), 0.0) + 8.0 * regular
         new = min(max(s - slope / curve, 0.0), 1.0)
-        if abs(new - s) <= PLACED:
+        if abs(new - s) <= placed:
             break
         if not low < new < high:  # as where it is seen against a flat face from both ends
             new = 0.5 * (max(low, 0.0) + min(high, 1.0))
