@@ -246,6 +246,10 @@ def bodies_near(shape, depth, slip, *, knots=False, exponent=1.0, dissipation=0.
         "met": np.zeros((M, 11)),
         "elastic": False,
         "exact": True,
+        "middle": parts.values.centre[np.zeros(M, dtype=np.int64)],
+        "sphere": np.full(M, parts.values.radius[0]),
+        "asleep": np.zeros(M),
+        "way": 0,
     }
     if fixed:
         nodes = np.arange(2 * M).reshape(M, 2)

@@ -39,6 +39,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from netdae.core.addresses import floats
 from netdae.core.arrays import Flags, FloatArray, IntArray, Reals, Reals2, Wholes
 from netdae.core.records import load
 from netdae.forces.law import Family, Law, Shares, Vector, compiled
@@ -78,6 +79,10 @@ class Meeting(NamedTuple):
     met: Reals2  # (m, 11), what explicit steps need, if `elastic`
     elastic: bool  # whether damping and friction are left out, since explicit steps take them apart
     exact: bool  # whether the tangent is exact
+    middle: Reals2  # (m, 3), m, of a sphere that contains its part
+    sphere: Reals  # m
+    asleep: Reals  # m, `way` up to which it cannot touch
+    way: int  # address of how far two points may have parted since elements near were found, m; or 0
 
 
 class Resting(NamedTuple):
@@ -98,6 +103,10 @@ class Resting(NamedTuple):
     met: Reals2
     elastic: bool
     exact: bool
+    middle: Reals2
+    sphere: Reals
+    asleep: Reals
+    way: int
 
 
 @compiled
@@ -143,8 +152,11 @@ def _curved(c: Any, d: Vector) -> Vector:
 
 
 @compiled
-def _least(p: Any, e: int, bi: Vector, d: Vector, reach: float) -> tuple[float, float, Vector, Any]:
-    """The least ψ, its s, b there and `curvature` at b; or any ψ where the least is known to be above `reach`."""
+def _least(p: Any, e: int, bi: Vector, d: Vector, reach: float) -> tuple[float, float, Vector, Any, float]:
+    """The least ψ, its s, b there and `curvature` at b, and ψ again.
+
+    Where it is known to be above `reach` these are those of any s, and the last is a lower bound.
+    """
     s, low, high, regular, part = p.place[e], -1.0, 2.0, p.regular[e], p.part[e]
     placed = EXACTLY if p.exact else PLACED
     if not 0.0 <= s <= 1.0:  # after an evaluation at not-a-number
@@ -159,7 +171,8 @@ def _least(p: Any, e: int, bi: Vector, d: Vector, reach: float) -> tuple[float, 
         if not p.convex[e]:
             descent = p.lipschitz[e] * length * max(s, 1.0 - s) + regular
         if psi - descent > reach:
-            break
+            p.place[e] = s
+            return psi, s, b, c, psi - descent
         if slope > 0.0:
             high = s
         else:
@@ -175,7 +188,7 @@ def _least(p: Any, e: int, bi: Vector, d: Vector, reach: float) -> tuple[float, 
         c = curvature_at(p.parts, part, b[0], b[1], b[2])
         psi = c[0] + 4.0 * regular * (s - 0.5) ** 2
     p.place[e] = s
-    return psi, s, b, c
+    return psi, s, b, c, psi
 
 
 @compiled
@@ -212,11 +225,12 @@ def _meet(
     """Whether it touches, s, b, and the elastic and the other part of F."""
     bi, d = _ends(x, X, R)
     radius = p.radius[e]
-    psi, s, b, c = _least(p, e, bi, d, radius)
+    psi, s, b, c, least = _least(p, e, bi, d, radius)
     delta = radius - psi
     if not delta > 0.0:
         if p.elastic:
             p.met[e, FORCE] = 0.0
+            p.asleep[e] = floats(p.way, 1)[0] + (least - radius) / p.lipschitz[e]
         return False, s, b, ORIGIN, ORIGIN
     N, g = _pressed(p, e, delta), (c[1], c[2], c[3])
     elastic = N * g[0], N * g[1], N * g[2]
@@ -259,7 +273,15 @@ def _axes_now(p: Meeting, x: FloatArray) -> tuple[Pose, Matrix]:
 
 
 @compiled
+def _sleeps(p: Any, e: int) -> bool:
+    """Whether it is known not to touch, in explicit steps."""
+    return p.elastic and floats(p.way, 1)[0] < p.asleep[e]
+
+
+@compiled
 def _force(p: Meeting, e: int, s: FloatArray, x: FloatArray, v: FloatArray, f: Shares) -> bool:
+    if _sleeps(p, e):
+        return False
     pose, R, W = _placed(p, s, x, v)
     X, V = (x[2, 0], x[2, 1], x[2, 2]), (v[2, 0], v[2, 1], v[2, 2])
     touches, at, b, elastic, other = _meet(p, e, x, v, X, V, R, W)
@@ -277,6 +299,8 @@ def _force(p: Meeting, e: int, s: FloatArray, x: FloatArray, v: FloatArray, f: S
 
 @compiled
 def _rest_force(p: Resting, e: int, s: FloatArray, x: FloatArray, v: FloatArray, f: Shares) -> bool:
+    if _sleeps(p, e):
+        return False
     touches, at, _, E, D = _meet(p, e, x, v, ORIGIN, ORIGIN, UPRIGHT, ORIGIN)
     if not touches:
         return False
@@ -289,7 +313,7 @@ def _rest_force(p: Resting, e: int, s: FloatArray, x: FloatArray, v: FloatArray,
 @compiled
 def _stored(p: Any, e: int, x: FloatArray, X: Vector, R: Matrix) -> float:
     bi, d = _ends(x, X, R)
-    psi, _, _, _ = _least(p, e, bi, d, p.radius[e])
+    psi, _, _, _, _ = _least(p, e, bi, d, p.radius[e])
     delta = max(p.radius[e] - psi, 0.0)
     return _pressed(p, e, delta) * delta / (p.exponent[e] + 1.0)
 
@@ -311,13 +335,18 @@ def _comes_near(p: Any, e: int, bi: Vector, d: Vector, margin: float) -> bool:
     reach = p.radius[e] + p.lipschitz[e] * margin
     m = bi[0] + 0.5 * d[0], bi[1] + 0.5 * d[1], bi[2] + 0.5 * d[2]
     half = 0.5 * sqrt(dot(d, d))
+    o = m[0] - p.middle[e, 0], m[1] - p.middle[e, 1], m[2] - p.middle[e, 2]
+    far = p.sphere[e] + half + reach
+    if dot(o, o) > far * far:
+        return False
+    p.asleep[e] = 0.0
     phi = curvature_at(p.parts, p.part[e], m[0], m[1], m[2])[0]
     if phi - p.lipschitz[e] * half > reach:
         return False
     if p.regular[e] == 0.0:
         return True
     if p.convex[e]:
-        psi, _, _, _ = _least(p, e, bi, d, reach + p.regular[e])
+        psi, _, _, _, _ = _least(p, e, bi, d, reach + p.regular[e])
         return not psi - p.regular[e] > reach  # true for not-a-number
     least, near = np.inf, False
     for k in range(5):
@@ -381,7 +410,7 @@ def _tangent_of(
 ) -> bool:
     """K and C of k nodes, (k, 3, k, 3)."""
     bi, d = _ends(x, X, R)
-    psi, s, b, c = _least(p, e, bi, d, p.radius[e])
+    psi, s, b, c, _ = _least(p, e, bi, d, p.radius[e])
     delta = p.radius[e] - psi
     if not delta > 0.0:
         return False

@@ -102,6 +102,10 @@ def _values(
         "met": np.zeros((count * m, 11)),
         "elastic": False,
         "exact": True,
+        "middle": record.values.centre[part],
+        "sphere": record.values.radius[part],
+        "asleep": np.zeros(count * m),
+        "way": 0,
     }
 
 

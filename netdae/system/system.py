@@ -134,13 +134,13 @@ class System:
         other._hold(active)
         return other
 
-    def seen_by(self, pose: Record | None, *, elastic: bool = False) -> System:
+    def seen_by(self, pose: Record | None, *, way: int = 0) -> System:
         """The same system as compiled methods see it: contact has a memory of its own, and the pose of its target.
 
-        elastic : whether contact leaves out damping and friction
+        way : for explicit steps, see `target_nodes.seen_by`
         """
         other = copy(self)
-        other.forces = seen_by(self.forces, pose, elastic=elastic)
+        other.forces = seen_by(self.forces, pose, way)
         return other
 
     def whole(self, start: State) -> State:

@@ -148,18 +148,18 @@ class TargetNodes:
         return R @ (pose.mass * pose.rho * v[self.spin])
 
 
-def seen_by(forces: tuple[Force, ...], pose: Record | None, *, elastic: bool) -> tuple[Force, ...]:
+def seen_by(forces: tuple[Force, ...], pose: Record | None, way: int) -> tuple[Force, ...]:
     """The same forces, but contact with a memory of its own, a tangent for Newton's matrix and another pose.
 
-    elastic : whether it leaves out damping and friction
+    way : address of that of explicit steps, see `forces.contact`, for which it leaves out damping and friction; or 0
     """
-    return tuple(_own(force, pose, elastic=elastic) for force in forces)
+    return tuple(_own(force, pose, way) for force in forces)
 
 
-def _own(force: Force, pose: Record | None, *, elastic: bool) -> Force:
+def _own(force: Force, pose: Record | None, way: int) -> Force:
     if not isinstance(force, ElementForce) or not force.law.across:
         return force
-    settings: dict[str, Any] = {"elastic": elastic, "exact": False}
+    settings: dict[str, Any] = {"elastic": way != 0, "exact": False, "way": way}
     if force.law is MEETING and pose is not None:
         settings["pose"] = pose.address
     return replace(force, parameters=force.parameters._replace(**settings))

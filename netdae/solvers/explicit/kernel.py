@@ -35,7 +35,8 @@ class Kernel:
 
     def __init__(self, system: System, drive: Drive, longest: int) -> None:
         self.pose = None if system.body is None else Record(system.body.pose.values)
-        system = system.seen_by(self.pose, elastic=True)
+        self._way = np.zeros(1)  # as long as its address is used
+        system = system.seen_by(self.pose, way=int(self._way.ctypes.data))
         laws = [(force, force.law) for force in system.forces if isinstance(force, ElementForce)]
         turning = [force for force, law in laws if law is GYROSCOPE]
         apart = [force for force, law in laws if law.implicit or law.steady] + turning
@@ -62,7 +63,7 @@ class Kernel:
         self._bodies = Record(Bodies(mass, share, system.in_space, always, whole, shortest, *turned))
         self._room = Record(_room_of(len(mass)))
         self.rubs = any(law.rate is not None and force.parameters.friction > 0 for force, law in laws)
-        self._contacts, self._places = _contacts_of(self.table)
+        self._contacts, self._places = _contacts_of(self.table, int(self._way.ctypes.data))
         self._drums = Record(drums_of(drums, self._on_drums))
         self._acting = Record(
             Acting(
@@ -170,7 +171,7 @@ def is_slow(force: Force) -> bool:
     return force.law.external and force.newton == "nothing" and is_constant(force.signal)
 
 
-def _contacts_of(table: Table) -> tuple[Record | None, list[FloatArray]]:
+def _contacts_of(table: Table, way: int) -> tuple[Record | None, list[FloatArray]]:
     """Forces of contact in a table, None where there are none, and where they keep s."""
     found: dict[Any, list[int]] = {MEETING: [], RESTING: []}
     places = []
@@ -180,7 +181,7 @@ def _contacts_of(table: Table) -> tuple[Record | None, list[FloatArray]]:
             places.append(force.kept.place)
     if not places:
         return None, []
-    return Record(Contacts(*(np.array(each, dtype=np.int64) for each in found.values()))), places
+    return Record(Contacts(way, *(np.array(each, dtype=np.int64) for each in found.values()))), places
 
 
 def _turned_of(system: System, pose: Record | None) -> tuple[int, int, bool, float]:

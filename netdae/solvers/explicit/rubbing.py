@@ -20,6 +20,7 @@ from typing import Any, NamedTuple
 
 from numba import njit
 
+from netdae.core.addresses import floats
 from netdae.core.arrays import FloatArray, Wholes
 from netdae.core.records import load
 from netdae.forces.contact import (
@@ -46,8 +47,12 @@ ITERATIONS = 8
 
 
 class Contacts(NamedTuple):
-    """Elements of forces of contact: addresses of those with a target, and of those with obstacles."""
+    """Elements of forces of contact: addresses of those with a target, and of those with obstacles.
 
+    way : address of what elements that sleep wait for, see `forces.contact`
+    """
+
+    way: int
     meeting: Wholes
     resting: Wholes
 
@@ -196,6 +201,12 @@ def _powers_of(
     u = _velocity(i, j, at, p.place[e], b, R, rho, v, f, kick, 0.5)
     T = met[RUBBING], met[RUBBING + 1], met[RUBBING + 2]
     return -met[DAMPING] * dot(g, u), -dot(T, u)
+
+
+@njit(**INLINED)
+def put_way(contacts: Contacts, way: float) -> None:
+    """Let elements know how far two points may have parted since those near were found, m."""
+    floats(contacts.way, 1)[0] = way
 
 
 @njit(cache=True, **OPTIONS)

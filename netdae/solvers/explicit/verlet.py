@@ -49,6 +49,7 @@ from netdae.solvers.explicit.active import (
     INLINED,
     LEAST_MARGIN,
     MARGIN,
+    WAY,
     WIDE_MARGIN,
     activate_all,
     catch_up,
@@ -62,7 +63,7 @@ from netdae.solvers.explicit.drums import Drums, hold_drums
 from netdae.solvers.explicit.held import add_reactions, drive
 from netdae.solvers.explicit.parts import IMPULSE, LOST, WORK, Acting, Bodies, Held, Room, Tally
 from netdae.solvers.explicit.rayleigh import Solver, damp, drag_all
-from netdae.solvers.explicit.rubbing import Contacts, rub
+from netdae.solvers.explicit.rubbing import Contacts, put_way, rub
 from netdae.solvers.explicit.turning import attitude_now
 from netdae.solvers.explicit.wrench import add_brakes, add_slow_wrench
 
@@ -122,6 +123,8 @@ def fly(
                 look(x, v, h, rows, bodies, acting, room)
             if step > quiet:
                 activate_all(room)
+        if acting.contacts != 0:
+            put_way(load(acting.contacts, Contacts), room.reach[WAY])
         _evaluate(t + step * h, x, v, rows, acting, room)
         lost, brought = _hold_drums(x, v, h, bodies, acting, room, powers)
         if acting.contacts != 0:
@@ -178,6 +181,8 @@ def _begin(
     room.moves[:] = False
     room.reach[:] = 0.0
     room.reach[MARGIN] = room.reach[WIDE_MARGIN] = -1.0  # a look is due
+    if acting.contacts != 0:
+        put_way(load(acting.contacts, Contacts), 0.0)
     activate_all(room)
     room.gained[:] = 0.0
     room.outside[:] = 0.0
