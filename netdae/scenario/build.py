@@ -8,6 +8,8 @@ from itertools import repeat
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
 from netdae.core.arrays import FloatArray
 from netdae.core.errors import InputError, ScenarioError
 from netdae.forces.loads import Load
@@ -24,8 +26,10 @@ from netdae.scenario.initial import start_of
 from netdae.scenario.loads import loads_of
 from netdae.scenario.masses import masses_of
 from netdae.scenario.material import materials_of, prestressed_of
+from netdae.scenario.meeting import check_apart
 from netdae.scenario.metrics import metrics_of
 from netdae.scenario.nets import net_of
+from netdae.scenario.obstacles import obstacles_of
 from netdae.scenario.orbit import orbit_load_of
 from netdae.scenario.output import times_of
 from netdae.scenario.plausibility import unusual_of
@@ -43,6 +47,7 @@ from netdae.scenario.restraints import (
 from netdae.scenario.schema import ScenarioData
 from netdae.scenario.simulation import Simulation
 from netdae.scenario.solver import options_of
+from netdae.scenario.target import target_of
 from netdae.scenario.tether import net_with_tether
 from netdae.system.closing import Closing, accuracy_reported, sharp_enough
 from netdae.system.closing_assembly import Closed, with_closings
@@ -96,6 +101,9 @@ class Build:
             whole = with_closings(tied.net, tied.start, closings)
         with section("pulleys"):
             strung = with_pulleys(whole.net, whole.start, pulleys_of(data.pulleys, tied.net, section))
+        size = float(np.ptp(net.nodes, axis=0).max())
+        target = target_of(data.target, self._folder, size, section)
+        obstacles = obstacles_of(data.obstacles, self._folder, size, section)
         parts = _Parts(
             tied,
             whole,
@@ -126,6 +134,10 @@ class Build:
         if data.initial.disturbance > 0:
             kept = system.restrained | ~system.in_space[:, None]
             state = disturbed(state, data.initial.disturbance, data.initial.disturbance_seed, kept)
+        check_apart(target, obstacles, system, state, section)
+        with section("obstacles" if target is None else "target"):
+            if target is not None or obstacles:
+                raise InputError("contact is not flown yet: leave the section out")
         with section("metrics"):
             metrics = metrics_of(data.metrics, system)
         with section("solver"):
