@@ -53,6 +53,7 @@ if TYPE_CHECKING:
     from netdae.model.tether import Chaser, Tether
     from netdae.output.metrics import COLUMNS, DeploymentMetrics
     from netdae.output.observers import MetricsCsv, Progress
+    from netdae.output.target_series import TargetSeries
     from netdae.output.vtk import VtuSeries
     from netdae.scenario.reader import read_scenario
     from netdae.solvers.driver import integrate
@@ -139,6 +140,7 @@ _HOMES = {
     "netdae.model.target": ("Contact", "Obstacle", "Target"),
     "netdae.model.tether": ("Chaser", "Tether"),
     "netdae.system.tether_assembly": ("with_tether",),
+    "netdae.output.target_series": ("TargetSeries",),
     "netdae.output.vtk": ("VtuSeries",),
 }
 _HOME_OF = {name: module for module, names in _HOMES.items() for name in names}

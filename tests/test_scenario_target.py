@@ -17,7 +17,7 @@ from netdae.scenario.obstacles import ObstacleEntry, obstacles_of
 from netdae.scenario.problems import bare, first_problem, section_in_words
 from netdae.scenario.section import Section
 from netdae.scenario.target import TargetEntry, target_of
-from netdae.system.overlap import nearest, placed
+from netdae.system.overlap import gaps, nearest, placed
 
 PANEL = """\
 [target]
@@ -238,7 +238,7 @@ def test_the_nearest_point_of_a_net_is_found_on_a_cable():
     x = net.nodes + np.array([0.0, 0.0, 0.3])
     # the sphere is beside the middle of the side at y = 0.5
     target = Target((Part(Sphere(0.1)),), motion="fixed", position=(0.07, 0.6, 0.3))
-    found = nearest(placed(target), x, net.cables, range(4))
+    found = nearest(placed(target), x, net.cables, np.ones(4, dtype=bool))
     assert found.distance == pytest.approx(0.0, abs=1e-6)
     np.testing.assert_allclose(found.point, [0.07, 0.5, 0.3], atol=1e-3)
     assert found.node == -1
@@ -257,10 +257,11 @@ def test_the_nearest_point_agrees_with_a_dense_search():
     s = np.linspace(0.0, 1.0, 2001)[:, None]
     for _ in range(5):
         x = net.nodes + rng.normal(size=net.nodes.shape) * 0.3
-        found = nearest(placed(body), x, net.cables, range(len(x)))
+        found = nearest(placed(body), x, net.cables, np.ones(len(x), dtype=bool))
         points = np.concatenate([(1 - s) * x[i] + s * x[j] for i, j in net.cables])
-        dense = min(
-            nearest(placed(body), p[None], np.zeros((0, 2), dtype=int), [0]).distance for p in points[::40]
-        )
-        assert found.distance <= dense + 3e-3  # its points are a 512th of a cable apart
-        assert found.distance >= dense - 0.02  # two points of the dense search are 0.01 m apart at most
+        dense = gaps(placed(body), points).min()
+        assert found.distance == pytest.approx(dense, abs=3e-3)  # its points are a 512th of a cable apart
+        inside = np.count_nonzero(gaps(placed(body), x) < 0)
+        for i, j in net.cables:
+            inside += gaps(placed(body), (1 - s) * x[i] + s * x[j]).min() < 0
+        assert found.inside == inside

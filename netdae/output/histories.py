@@ -23,10 +23,12 @@ HISTORY = (
     "external_work",
     "momentum_residual",
     "angular_momentum_residual",
+    "target_gap",
     *MEASURE_NAMES,
 )
 """Names of the histories, in SI units; see `system.measurements.MEASURE_NAMES`.
 
+target_gap is the least distance of knots and cables from the target's surface, negative inside, nan without one;
 ..._residual of a momentum is the size of the difference between its change and the external impulse.
 """
 
@@ -87,6 +89,15 @@ def tether_figures(h: Mapping[str, FloatArray], *, strength: float) -> dict[str,
         figures["tension_over_strength"] = time_quantile(h["time"], tension, 0.999) / strength
         figures["peak_tension_over_strength"] = float(tension[k]) / strength
     return figures
+
+
+def target_figures(h: Mapping[str, FloatArray]) -> dict[str, Any]:
+    """The least gap between net and target in the histories h, m, and the first time at which there is none, s."""
+    gap = h["target_gap"]
+    k = int(gap.argmin())
+    touching = np.flatnonzero(gap <= 0.0)
+    first = {"first_contact": float(h["time"][touching[0]])} if len(touching) else {}
+    return {**first, "least_gap": float(gap[k]), "least_gap_time": float(h["time"][k])}
 
 
 def time_below(times: FloatArray, values: FloatArray, level: float, *, strictly: bool = False) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
@@ -12,9 +13,10 @@ from netdae.core.arrays import FloatArray, IntArray
 from netdae.core.errors import InputError
 from netdae.model.mouth import corners_of, mouth_of, vector_area
 from netdae.model.state import State
-from netdae.output.histories import FINER, HISTORY, figures_of, tether_figures
+from netdae.output.histories import FINER, HISTORY, figures_of, target_figures, tether_figures
 from netdae.output.step_log import StepLog
 from netdae.system.measurements import Cordage, Measurements
+from netdae.system.target_state import NO_TARGET, Meeting, TargetColumns, target_at
 
 if TYPE_CHECKING:
     from netdae.model.net import CableNet
@@ -48,6 +50,7 @@ COLUMNS = (
     "external_angular_impulse_y",
     "external_angular_impulse_z",
     *Cordage._fields,
+    *TargetColumns._fields,
 )
 """Columns of metrics.csv, SI units."""
 
@@ -73,6 +76,7 @@ class DeploymentMetrics:
     external_impulse, external_angular_impulse : from outside since the start, N s and N m s; momentum and angular
             momentum, of all nodes and about the origin, change by exactly these
     paid_out, ..., closing_tension : see `system.measurements.Cordage`; nan where there are none
+    target_x, ..., target_gap : see `system.target_state.TargetColumns`; nan where there is none
 
     Centre of mass and distance are those of the net's own nodes, without tether and chaser.
     """
@@ -126,7 +130,7 @@ class DeploymentMetrics:
 
     @property
     def history(self) -> FloatArray:
-        """The histories so far, (k, 21): rows at internal steps, columns as `output.histories.HISTORY` names them."""
+        """The histories so far, (k, 22): rows at internal steps, columns as `output.histories.HISTORY` names them."""
         return self._history.rows()
 
     def _look_at(self, system: System) -> None:
@@ -135,6 +139,7 @@ class DeploymentMetrics:
         self._loop = self._mouth_loop_of(net)
         self._corner_loop = self._corner_loop_of(net)
         self._measurements = Measurements.of(system)
+        self._meeting = None if system.body is None else Meeting(system)
         self._has_strength = bool(np.isfinite(system.strength).any())
         self._has_toe = bool((system.toe_strain > 0).any())
 
@@ -155,6 +160,7 @@ class DeploymentMetrics:
         """Include an internal step in the summary."""
         if not self._started:
             self._start(state)
+        self._system.take(state)
         x, balance = state.x, state.balance
         measured = self._measurements.measure(x, state.v)
         momentum, turn = self._momentum_errors(state)
@@ -168,6 +174,7 @@ class DeploymentMetrics:
                 balance.external_work,
                 momentum,
                 turn,
+                math.nan if self._meeting is None else self._meeting.nearest(state).distance,
                 *measured,
             )
         )
@@ -177,6 +184,7 @@ class DeploymentMetrics:
         if not self._started:
             self._start(state)
         system, x, v, balance = self._system, state.x, state.v, state.balance
+        system.take(state)
         kinetic, elastic = system.kinetic_energy(v), system.elastic_energy(x)
         com = self._measurements.centre_of(x)
         total = kinetic + elastic + balance.dissipated_energy - balance.external_work
@@ -198,6 +206,7 @@ class DeploymentMetrics:
             *balance.external_impulse,
             *balance.external_angular_impulse,
             *self._measurements.cordage_at(x),
+            *(NO_TARGET if self._meeting is None else self._meeting.columns(state)),
         )
         return tuple(map(float, row))
 
@@ -244,6 +253,23 @@ class DeploymentMetrics:
             **tether_figures(self._histories(), strength=strength),
         }
 
+    def target_summary(self, last: State) -> dict[str, Any]:
+        """Figures of the target from all internal steps, of which `last` is the last; {} where there is none.
+
+        final_position, final_velocity : (3,), m and m/s, of its centre of mass; final_spin_deg_s : (3,), degrees/s
+        least_gap : m, the least distance of knots and cables from it, negative inside, with its time
+        first_contact : s, the first internal step at which it is not above zero; left out where there is none
+        """
+        if self._meeting is None:
+            return {}
+        target = target_at(self._system, last)
+        return {
+            "final_position": target.centre.tolist(),
+            "final_velocity": target.velocity.tolist(),
+            "final_spin_deg_s": np.degrees(target.spin).tolist(),
+            **target_figures(self._histories()),
+        }
+
     def _histories(self) -> dict[str, FloatArray]:
         if not len(self._history):
             raise RuntimeError("no internal step was watched: give the metrics to simulate() as an observer")
@@ -270,6 +296,7 @@ class DeploymentMetrics:
 
     def _start(self, state: State) -> None:
         system, x, v, balance = self._system, state.x, state.v, state.balance
+        system.take(state)
         self._direction = self._measurements.direction_of(v)
         self._start_com = self._measurements.centre_of(x)
         self._start_momenta = self._momenta_less_impulses(state)

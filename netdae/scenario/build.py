@@ -18,6 +18,7 @@ from netdae.initial.ejection import Launch
 from netdae.model.material import Cords, Material
 from netdae.model.net import CableNet
 from netdae.model.state import State
+from netdae.model.target import Target
 from netdae.scenario.closing import closing_options, closings_of, overpowered
 from netdae.scenario.damping import damping_of
 from netdae.scenario.equilibrium import at_rest
@@ -67,6 +68,7 @@ class _Parts(NamedTuple):
     masses: dict[str, float]
     loads: list[Load]
     damping: Damping
+    target: Target | None
 
 
 class Build:
@@ -104,6 +106,9 @@ class Build:
         size = float(np.ptp(net.nodes, axis=0).max())
         target = target_of(data.target, self._folder, size, section)
         obstacles = obstacles_of(data.obstacles, self._folder, size, section)
+        if obstacles:
+            with section("obstacles"):
+                raise InputError("the net does not feel obstacles yet: leave the section out")
         parts = _Parts(
             tied,
             whole,
@@ -117,11 +122,13 @@ class Build:
             {**masses, **tied.masses},
             self._loads(tied.net, tied.start.x),
             self._damping(),
+            target,
         )
         x, v, found = strung.start.x, strung.start.v.copy(), start.findings
         if data.initial.shape == "equilibrium":
             with section("initial", key="shape"):
-                rest = at_rest(self._system(parts, self._given(parts, start.launch)), x, begin)
+                alone = parts._replace(target=None)
+                rest = at_rest(self._system(alone, self._given(parts, start.launch)), x, begin)
             x, own_count = rest.x, start.net.node_count
             start = start_of(data.initial, net, masses, section, cords=cords, rest=x[:own_count])
             v[:own_count], found = start.state.v, rest.findings
@@ -131,19 +138,21 @@ class Build:
         late = late_findings(given, begin, end, section)
         check_restraints(given, strung.net, state, section)
         system = self._system(parts, given)
+        check_apart(target, obstacles, system, state, section)
+        state = system.whole(state)
         if data.initial.disturbance > 0:
             kept = system.restrained | ~system.in_space[:, None]
+            if system.body is not None:
+                kept[system.body.place] = True
             state = disturbed(state, data.initial.disturbance, data.initial.disturbance_seed, kept)
-        check_apart(target, obstacles, system, state, section)
-        with section("obstacles" if target is None else "target"):
-            if target is not None or obstacles:
-                raise InputError("contact is not flown yet: leave the section out")
         with section("metrics"):
             metrics = metrics_of(data.metrics, system)
         with section("solver"):
             options = options_of(self._solver)
         options = closing_options(options, self._solver, closings)
         findings: list[str] = [*of_mesh, *found, *late]
+        if target is not None:
+            findings.append("[target]: it flies, but the net does not feel it yet: contact is left out")
         notes = [*overpowered(closings)]
         accuracy = accuracy_reported(options.tolerances, closings) if options.in_force else None
         if accuracy is not None:
@@ -224,6 +233,7 @@ class Build:
                 loads=parts.loads,
                 restraints=[each.restraint for each in given],
                 reels=(*parts.tied.reels, *parts.whole.reels, *parts.strung.reels),
+                target=parts.target,
                 forces=parts.whole.forces,
             )
 

@@ -11,7 +11,7 @@ from netdae.model.net import CableNet
 from netdae.model.state import State
 from netdae.model.target import Obstacle, Target
 from netdae.scenario.problems import InSection
-from netdae.system.overlap import Nearest, nearest, placed
+from netdae.system.overlap import Nearest, nearest, parts_in, placed
 from netdae.system.system import System
 
 _TOUCHES = 1e-9
@@ -21,19 +21,22 @@ _TOUCHES = 1e-9
 def check_apart(
     target: Target | None, obstacles: Sequence[Obstacle], system: System, start: State, section: InSection
 ) -> None:
-    """Raise InputError, through `section`, where net, tether or chaser begin inside a body."""
+    """Raise InputError, through `section`, where net, tether or chaser begin inside a body.
+
+    start : of the net, with its tether and closing cords, without the target
+    """
     net = system.net
-    nodes = np.flatnonzero(system.in_space)
+    shown = np.ascontiguousarray(system.in_space[: len(start.x)])
     bodies: list[tuple[Target | Obstacle, str, int | None]] = (
         [] if target is None else [(target, "target", None)]
     )
     bodies += [(each, "obstacles", number) for number, each in enumerate(obstacles)]
     for body, name, number in bodies:
-        found = nearest(placed(body), start.x, net.cables, nodes)
+        found = nearest(placed(body), start.x, net.cables, shown)
         if found.distance < -_TOUCHES:
             with section(name, number):
                 place = ", ".join(f"{value:.4g}" for value in found.point)
-                part = f" with part {found.part + 1}" if len(placed(body).parts) > 1 else ""
+                part = f" with part {found.part + 1}" if len(parts_in(body)) > 1 else ""
                 raise InputError(
                     f"it overlaps {whose(found, net)} at the start{part}: {-found.distance:.3g} m deep at ({place}) m: "
                     "move the one or the other apart"

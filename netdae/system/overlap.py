@@ -1,19 +1,20 @@
-"""Where a net is closest to a rigid body, and whether it begins inside.
+"""Where a net is closest to a rigid body, and how much of it is inside.
 
-A cable is straight from knot to knot. φ changes along it by its length at most, times the Lipschitz constant C of φ, so
-φ ≥ ½ (φᵢ + φⱼ − C l) on a cable of length l between knots with φᵢ and φⱼ. Cables for which this bound is not below what
-the knots have are left out; others are searched at points of a fixed spacing, and once more about the least of them.
+A cable is straight from knot to knot. φ changes along it by its length at most, times the Lipschitz constant C of φ,
+so φ ≥ ½ (φᵢ + φⱼ − C l) on a cable of length l between knots with φᵢ and φⱼ. Cables for which this bound is neither
+below the least so far nor below zero are left out; others are searched at points of a fixed spacing, and once more
+about the least of them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 
-from netdae.core.arrays import FloatArray, IntArray
-from netdae.model.shapes.distance import closest_parts
+from netdae.core.arrays import BoolArray, FloatArray, IntArray
+from netdae.model.shapes.distance import signed_distance
 from netdae.model.shapes.kinds import Parts
 from netdae.model.shapes.part import Part, axes_of, parts_of
 from netdae.model.target import Obstacle, Target
@@ -24,8 +25,9 @@ _POINTS = 33  # along a cable, in each of two rounds: to a 512th of its length
 class Nearest(NamedTuple):
     """The point of a net with the least signed distance to a body.
 
-    distance : φ, m, negative inside; point : (3,), m, in space; part : of the body
-    cable : that it is on, or −1 at a knot without cable; node : the knot, or −1 where it is between two
+    distance : φ, m, negative inside; point : (3,), m, in the frame of the net; part : of the body
+    cable : that it is on, or −1 at a knot; node : the knot, or −1 where it is between two
+    inside : how many knots and cables reach inside
     """
 
     distance: float
@@ -33,12 +35,13 @@ class Nearest(NamedTuple):
     part: int
     cable: int
     node: int
+    inside: int
 
 
 class Placed(NamedTuple):
     """A body at its place: x = position + axes b."""
 
-    parts: tuple[Part, ...]
+    parts: Parts
     position: FloatArray
     axes: FloatArray
 
@@ -46,38 +49,95 @@ class Placed(NamedTuple):
 def placed(body: Target | Obstacle) -> Placed:
     """A target where it starts, or an obstacle."""
     if isinstance(body, Obstacle):
-        return Placed((body.part,), np.zeros(3), np.eye(3))
-    return Placed(body.parts, body.position, axes_of(body.attitude))
+        return Placed(parts_of((body.part,)), np.zeros(3), np.eye(3))
+    return Placed(parts_of(body.parts), body.position, axes_of(body.attitude))
 
 
-def nearest(body: Placed, x: FloatArray, cables: IntArray, nodes: Sequence[int] | IntArray) -> Nearest:
-    """The point of knots `nodes` at x (n, 3), and of cables (m, 2), that is nearest to a body, or deepest in it."""
-    parts = parts_of(body.parts)
-    b = (x - body.position) @ body.axes
-    of_nodes = np.full(len(x), np.inf)
-    at = np.asarray(nodes, dtype=np.int64)
-    of_nodes[at], which = distances(parts, b[at])
-    k = int(np.argmin(of_nodes[at]))
-    best = Nearest(float(of_nodes[at][k]), x[at[k]], int(which[k]), -1, int(at[k]))
-    i, j = cables.T
-    length = np.linalg.norm(x[j] - x[i], axis=1)
-    bound = 0.5 * (of_nodes[i] + of_nodes[j] - float(parts.lipschitz.max()) * length)
-    for cable in np.flatnonzero(bound < best.distance)[np.argsort(bound[bound < best.distance])]:
-        if bound[cable] >= best.distance:
-            break  # the others have larger bounds
-        low, high = 0.0, 1.0
+def parts_in(body: Target | Obstacle) -> tuple[Part, ...]:
+    """The parts of a body."""
+    return (body.part,) if isinstance(body, Obstacle) else body.parts
+
+
+def nearest(body: Placed, x: FloatArray, cables: IntArray, shown: BoolArray) -> Nearest:
+    """The point of the knots at x (n, 3) with True in `shown` (n,), and of cables (m, 2), that is nearest to a body."""
+    parts = body.parts
+    b = np.ascontiguousarray((x - body.position) @ body.axes)
+    steepest = float(parts.lipschitz.max())
+    distance, s, part, cable, node, inside = _nearest(
+        parts.kind, parts.first, parts.numbers, steepest, b, cables, shown
+    )
+    if cable >= 0:
+        i, j = cables[cable]
+        return Nearest(distance, (1.0 - s) * x[i] + s * x[j], part, cable, -1, inside)
+    return Nearest(distance, np.array(x[node]), part, -1, node, inside)
+
+
+def gaps(body: Placed, x: FloatArray) -> FloatArray:
+    """φ at points x (n, 3), (n,), m."""
+    parts = body.parts
+    return _gaps(
+        parts.kind, parts.first, parts.numbers, np.ascontiguousarray((x - body.position) @ body.axes)
+    )
+
+
+@njit(cache=True)
+def _least(
+    kind: IntArray, first: IntArray, numbers: FloatArray, x: float, y: float, z: float
+) -> tuple[float, int]:
+    least, part = np.inf, 0
+    for p in range(len(kind)):
+        phi = signed_distance(kind[p], first[p], numbers, x, y, z)[0]
+        if phi < least:
+            least, part = phi, p
+    return least, part
+
+
+@njit(cache=True)
+def _gaps(kind: IntArray, first: IntArray, numbers: FloatArray, b: FloatArray) -> FloatArray:
+    phi = np.empty(len(b))
+    for i in range(len(b)):
+        phi[i] = _least(kind, first, numbers, b[i, 0], b[i, 1], b[i, 2])[0]
+    return phi
+
+
+@njit(cache=True)
+def _nearest(
+    kind: IntArray,
+    first: IntArray,
+    numbers: FloatArray,
+    steepest: float,
+    b: FloatArray,
+    cables: IntArray,
+    shown: BoolArray,
+) -> tuple[float, float, int, int, int, int]:
+    """φ, s along the cable, part, cable, node, and the number inside."""
+    phi = np.full(len(b), np.inf)
+    best, at, part, cable, node, inside = np.inf, 0.0, 0, -1, -1, 0
+    for i in range(len(b)):
+        if shown[i]:
+            phi[i], which = _least(kind, first, numbers, b[i, 0], b[i, 1], b[i, 2])
+            inside += phi[i] < 0.0
+            if phi[i] < best:
+                best, part, node = phi[i], which, i
+    for e in range(len(cables)):
+        i, j = cables[e, 0], cables[e, 1]
+        dx, dy, dz = b[j, 0] - b[i, 0], b[j, 1] - b[i, 1], b[j, 2] - b[i, 2]
+        bound = 0.5 * (phi[i] + phi[j] - steepest * np.sqrt(dx * dx + dy * dy + dz * dz))
+        if not bound < max(best, 0.0):
+            continue
+        low, high, least, where, which = 0.0, 1.0, np.inf, 0.0, 0
         for _ in range(2):
-            s = np.linspace(low, high, _POINTS)
-            points = (1.0 - s)[:, None] * b[i[cable]] + s[:, None] * b[j[cable]]
-            found, which = distances(parts, points)
-            k = int(np.argmin(found))
-            low, high = s[max(k - 1, 0)], s[min(k + 1, _POINTS - 1)]
-        if found[k] < best.distance:
-            point = body.position + body.axes @ points[k]
-            best = Nearest(float(found[k]), point, int(which[k]), int(cable), -1)
-    return best
-
-
-def distances(parts: Parts, points: FloatArray) -> tuple[FloatArray, IntArray]:
-    """The least φ over all parts at points (n, 3) of the body's frame, (n,), and the part, (n,)."""
-    return closest_parts(parts.kind, parts.first, parts.numbers, np.ascontiguousarray(points))
+            width = (high - low) / (_POINTS - 1)
+            begin = low
+            for k in range(_POINTS):
+                s = begin + k * width
+                value, of_part = _least(
+                    kind, first, numbers, b[i, 0] + s * dx, b[i, 1] + s * dy, b[i, 2] + s * dz
+                )
+                if value < least:
+                    least, where, which = value, s, of_part
+            low, high = max(where - width, 0.0), min(where + width, 1.0)
+        inside += least < 0.0
+        if least < best:
+            best, at, part, cable, node = least, where, which, e, -1
+    return best, at, part, cable, node, inside

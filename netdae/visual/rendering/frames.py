@@ -16,7 +16,8 @@ import pyvista as pv
 
 from netdae.core.arrays import BoolArray, FloatArray, IntArray
 from netdae.core.errors import InputError
-from netdae.output.vtk import RESTRAINED, read_frame, read_series
+from netdae.output.pvd import read_series
+from netdae.output.vtk import RESTRAINED, read_frame
 
 SERIES = "series.pvd"
 METRICS = "metrics.csv"
