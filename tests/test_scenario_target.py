@@ -8,6 +8,7 @@ import pytest
 from pydantic import Field, ValidationError
 
 from netdae.core.errors import InputError
+from netdae.model.material import Cords, Material
 from netdae.model.net import CableNet
 from netdae.model.presets import PRESETS, preset_of
 from netdae.model.shapes.part import Part, surface_of
@@ -17,7 +18,7 @@ from netdae.scenario.obstacles import ObstacleEntry, obstacles_of
 from netdae.scenario.problems import bare, first_problem, section_in_words
 from netdae.scenario.section import Section
 from netdae.scenario.target import TargetEntry, target_of
-from netdae.system.overlap import gaps, nearest, placed
+from netdae.system.overlap import Knots, gaps, nearest, placed
 
 PANEL = """\
 [target]
@@ -232,14 +233,21 @@ def test_files_are_read_and_what_is_wrong_with_them_is_one_line(tmp_path):
 
 # Overlap at the start
 
+RADIUS = 1e-3  # of the cords
+
+
+def knots_of(net):
+    cord = Material(youngs_modulus=1e9, density=1390.0, diameter=2 * RADIUS)
+    return Knots.of(net, Cords.of(net, cord), np.ones(net.node_count, dtype=bool))
+
 
 def test_the_nearest_point_of_a_net_is_found_on_a_cable():
     net = CableNet.square(side=1.0, cells=1)
     x = net.nodes + np.array([0.0, 0.0, 0.3])
     # the sphere is beside the middle of the side at y = 0.5
     target = Target((Part(Sphere(0.1)),), motion="fixed", position=(0.07, 0.6, 0.3))
-    found = nearest(placed(target), x, net.cables, np.ones(4, dtype=bool))
-    assert found.distance == pytest.approx(0.0, abs=1e-6)
+    found = nearest(placed(target), x, knots_of(net))
+    assert found.distance == pytest.approx(-RADIUS, abs=1e-6)
     np.testing.assert_allclose(found.point, [0.07, 0.5, 0.3], atol=1e-3)
     assert found.node == -1
     assert {tuple(x[node]) for node in net.cables[found.cable]} == {(-0.5, 0.5, 0.3), (0.5, 0.5, 0.3)}
@@ -257,11 +265,13 @@ def test_the_nearest_point_agrees_with_a_dense_search():
     s = np.linspace(0.0, 1.0, 2001)[:, None]
     for _ in range(5):
         x = net.nodes + rng.normal(size=net.nodes.shape) * 0.3
-        found = nearest(placed(body), x, net.cables, np.ones(len(x), dtype=bool))
+        found = nearest(placed(body), x, knots_of(net))
         points = np.concatenate([(1 - s) * x[i] + s * x[j] for i, j in net.cables])
         dense = gaps(placed(body), points).min()
-        assert found.distance == pytest.approx(dense, abs=3e-3)  # its points are a 512th of a cable apart
-        inside = np.count_nonzero(gaps(placed(body), x) < 0)
+        assert found.distance == pytest.approx(
+            dense - RADIUS, abs=3e-3
+        )  # its points are a 512th of a cable apart
+        inside = np.count_nonzero(gaps(placed(body), x) < RADIUS)
         for i, j in net.cables:
-            inside += gaps(placed(body), (1 - s) * x[i] + s * x[j]).min() < 0
+            inside += gaps(placed(body), (1 - s) * x[i] + s * x[j]).min() < RADIUS
         assert found.inside == inside

@@ -1,4 +1,4 @@
-"""What a run writes of its target: the series of its surface, its columns and its figures."""
+"""What a run writes of its target: the series of its surface, its columns and its figures; and events at it."""
 
 import json
 
@@ -7,6 +7,7 @@ import pytest
 import pyvista as pv
 from scipy.spatial.transform import Rotation
 
+from netdae.core.errors import InputError
 from netdae.model.presets import preset_of
 from netdae.output.pvd import read_series
 from netdae.runs.folder import RunFolder, fly
@@ -87,12 +88,12 @@ def test_columns_and_summary_have_the_target(out):
     np.testing.assert_allclose(table["target_z"], 5.0 - 2.0 * t, atol=1e-12)
     np.testing.assert_allclose(table["target_velocity_z"], -2.0, atol=1e-12)
     np.testing.assert_allclose(table["target_spin_z"], np.pi / 2, rtol=1e-12)
-    # half of the body's height, to the net in the plane z = 0
-    np.testing.assert_allclose(table["target_gap"], 5.0 - 2.0 * t - 1.375, atol=1e-9)
+    # half of the body's height and of a cord, to the net in the plane z = 0
+    np.testing.assert_allclose(table["target_gap"], 5.0 - 2.0 * t - 1.375 - 5e-4, atol=1e-9)
     told = json.loads((out / "summary.json").read_text())["target"]
     np.testing.assert_allclose(told["final_position"], [0.0, 0.0, 4.0], atol=1e-12)
     np.testing.assert_allclose(told["final_spin_deg_s"], [0.0, 0.0, 90.0], atol=1e-12)
-    assert told["least_gap"] == pytest.approx(2.625)
+    assert told["least_gap"] == pytest.approx(2.6245)
     assert told["least_gap_time"] == 0.5
     assert "first_contact" not in told
 
@@ -106,6 +107,47 @@ def test_a_run_is_resumed_with_its_target(out, tmp_path):
     for (t, file), (other, expected) in zip(here, whole, strict=True):
         assert t == pytest.approx(other)
         np.testing.assert_allclose(pv.read(file).points, pv.read(expected).points, atol=2e-5)
+
+
+BALL = """\
+[[events]]
+figure = "first_contact"
+[[events]]
+figure = "contacts"
+value = 0.0
+[[events]]
+figure = "target_distance"
+value = 1.0
+[target]
+kind = "sphere"
+radius = 0.5
+motion = "fixed"
+position = [0.0, 0.0, 2.0]
+"""
+
+
+@pytest.mark.parametrize("method", ["ida", "explicit"])
+def test_events_find_the_first_contact(tmp_path, method):
+    head, _, tail = SCENARIO.partition("[target]")
+    text = head.replace("scale =", "velocity = [0.0, 0.0, 5.0]\nscale =") + BALL
+    text += "[solver]" + tail.partition("[solver]")[2].replace(
+        "end = 0.5", f'end = 0.31\nmethod = "{method}"'
+    )
+    out = flown(tmp_path, text)
+    told = json.loads((out / "summary.json").read_text())
+    times = {event["figure"]: event["time"] for event in told["events"]}
+    # the middle knot, with half the diameter of its cords, comes to the pole of the sphere
+    first = (2.0 - 0.5 - 5e-4) / 5.0
+    assert times["first_contact"] == pytest.approx(first, abs=1e-7)
+    assert times["contacts"] == pytest.approx(first, abs=1e-7)
+    assert times["target_distance"] == pytest.approx(0.2, abs=1e-7)
+    assert first - 1e-9 < told["target"]["first_contact"] <= 0.31  # the internal step after it
+
+
+def test_events_at_a_target_need_one(tmp_path):
+    text = SCENARIO.partition("[target]")[0] + BALL.partition("[target]")[0] + "[solver]\nend = 0.01\n"
+    with pytest.raises(InputError, match=r"\[\[events\]\] 1: .*needs a target: add \[target\]"):
+        flown(tmp_path, text)
 
 
 def test_a_former_series_is_replaced(tmp_path):

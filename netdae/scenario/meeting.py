@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from netdae.core.errors import InputError
 from netdae.model.net import CableNet
 from netdae.model.state import State
 from netdae.model.target import Obstacle, Target
 from netdae.scenario.problems import InSection
-from netdae.system.overlap import Nearest, nearest, parts_in, placed
+from netdae.system.overlap import Knots, Nearest, nearest, parts_in, placed
 from netdae.system.system import System
 
 _TOUCHES = 1e-9
@@ -26,13 +24,16 @@ def check_apart(
     start : of the net, with its tether and closing cords, without the target
     """
     net = system.net
-    shown = np.ascontiguousarray(system.in_space[: len(start.x)])
+    shown = system.in_space.copy()
+    shown[len(start.x) :] = False
+    knots = Knots.of(net, system.cords, shown)
+    whole = system.whole(start)
     bodies: list[tuple[Target | Obstacle, str, int | None]] = (
         [] if target is None else [(target, "target", None)]
     )
     bodies += [(each, "obstacles", number) for number, each in enumerate(obstacles)]
     for body, name, number in bodies:
-        found = nearest(placed(body), start.x, net.cables, shown)
+        found = nearest(placed(body), whole.x, knots)
         if found.distance < -_TOUCHES:
             with section(name, number):
                 place = ", ".join(f"{value:.4g}" for value in found.point)

@@ -1,9 +1,11 @@
-"""Where a net is closest to a rigid body, and how much of it is inside.
+"""Where a net is closest to a rigid body, and how much of it touches it.
+
+Distances are those of the cords' surfaces: φ less their radius r, and at a knot that of its thickest cord.
 
 A cable is straight from knot to knot. φ changes along it by its length at most, times the Lipschitz constant C of φ,
-so φ ≥ ½ (φᵢ + φⱼ − C l) on a cable of length l between knots with φᵢ and φⱼ. Cables for which this bound is neither
-below the least so far nor below zero are left out; others are searched at points of a fixed spacing, and once more
-about the least of them.
+so φ − r ≥ ½ (φᵢ + φⱼ − C l) − r on a cable of length l between knots with φᵢ and φⱼ. Cables for which this bound is
+neither below the least so far nor below zero are left out; others are searched at points of a fixed spacing, and once
+more about the least of them.
 """
 
 from __future__ import annotations
@@ -14,6 +16,8 @@ import numpy as np
 from numba import njit
 
 from netdae.core.arrays import BoolArray, FloatArray, IntArray
+from netdae.model.material import Cords
+from netdae.model.net import CableNet
 from netdae.model.shapes.distance import signed_distance
 from netdae.model.shapes.kinds import Parts
 from netdae.model.shapes.part import Part, axes_of, parts_of
@@ -25,9 +29,9 @@ _POINTS = 33  # along a cable, in each of two rounds: to a 512th of its length
 class Nearest(NamedTuple):
     """The point of a net with the least signed distance to a body.
 
-    distance : φ, m, negative inside; point : (3,), m, in the frame of the net; part : of the body
+    distance : φ − r, m, negative where it touches; point : (3,), m, in the frame of the net; part : of the body
     cable : that it is on, or −1 at a knot; node : the knot, or −1 where it is between two
-    inside : how many knots and cables reach inside
+    inside : how many knots and cables touch the body
     """
 
     distance: float
@@ -58,16 +62,36 @@ def parts_in(body: Target | Obstacle) -> tuple[Part, ...]:
     return (body.part,) if isinstance(body, Obstacle) else body.parts
 
 
-def nearest(body: Placed, x: FloatArray, cables: IntArray, shown: BoolArray) -> Nearest:
-    """The point of the knots at x (n, 3) with True in `shown` (n,), and of cables (m, 2), that is nearest to a body."""
+class Knots(NamedTuple):
+    """What of a net may touch.
+
+    shown : (n,), True at knots and bullets, False at drums and at the target
+    cables : (m, 2); node_radius, cable_radius : (n,) and (m,), m
+    """
+
+    shown: BoolArray
+    cables: IntArray
+    node_radius: FloatArray
+    cable_radius: FloatArray
+
+    @classmethod
+    def of(cls, net: CableNet, cords: Cords, shown: BoolArray) -> Knots:
+        """Those of a net."""
+        thick, at_knot = np.sqrt(cords.area / np.pi), np.zeros(net.node_count)
+        np.maximum.at(at_knot, net.cables, thick[:, None])
+        return cls(np.ascontiguousarray(shown), net.cables, at_knot, thick)
+
+
+def nearest(body: Placed, x: FloatArray, knots: Knots) -> Nearest:
+    """The point of a net with its nodes at x (n, 3) that is nearest to a body."""
     parts = body.parts
     b = np.ascontiguousarray((x - body.position) @ body.axes)
     steepest = float(parts.lipschitz.max())
     distance, s, part, cable, node, inside = _nearest(
-        parts.kind, parts.first, parts.numbers, steepest, b, cables, shown
+        parts.kind, parts.first, parts.numbers, steepest, b, *knots
     )
     if cable >= 0:
-        i, j = cables[cable]
+        i, j = knots.cables[cable]
         return Nearest(distance, (1.0 - s) * x[i] + s * x[j], part, cable, -1, inside)
     return Nearest(distance, np.array(x[node]), part, -1, node, inside)
 
@@ -107,22 +131,24 @@ def _nearest(
     numbers: FloatArray,
     steepest: float,
     b: FloatArray,
-    cables: IntArray,
     shown: BoolArray,
+    cables: IntArray,
+    node_radius: FloatArray,
+    cable_radius: FloatArray,
 ) -> tuple[float, float, int, int, int, int]:
-    """φ, s along the cable, part, cable, node, and the number inside."""
+    """φ − r, s along the cable, part, cable, node, and the number inside."""
     phi = np.full(len(b), np.inf)
     best, at, part, cable, node, inside = np.inf, 0.0, 0, -1, -1, 0
     for i in range(len(b)):
         if shown[i]:
             phi[i], which = _least(kind, first, numbers, b[i, 0], b[i, 1], b[i, 2])
-            inside += phi[i] < 0.0
-            if phi[i] < best:
-                best, part, node = phi[i], which, i
+            inside += phi[i] < node_radius[i]
+            if phi[i] - node_radius[i] < best:
+                best, part, node = phi[i] - node_radius[i], which, i
     for e in range(len(cables)):
         i, j = cables[e, 0], cables[e, 1]
         dx, dy, dz = b[j, 0] - b[i, 0], b[j, 1] - b[i, 1], b[j, 2] - b[i, 2]
-        bound = 0.5 * (phi[i] + phi[j] - steepest * np.sqrt(dx * dx + dy * dy + dz * dz))
+        bound = 0.5 * (phi[i] + phi[j] - steepest * np.sqrt(dx * dx + dy * dy + dz * dz)) - cable_radius[e]
         if not bound < max(best, 0.0):
             continue
         low, high, least, where, which = 0.0, 1.0, np.inf, 0.0, 0
@@ -137,6 +163,7 @@ def _nearest(
                 if value < least:
                     least, where, which = value, s, of_part
             low, high = max(where - width, 0.0), min(where + width, 1.0)
+        least -= cable_radius[e]
         inside += least < 0.0
         if least < best:
             best, at, part, cable, node = least, where, which, e, -1

@@ -9,7 +9,7 @@ import numpy as np
 from netdae.core.arrays import FloatArray
 from netdae.model.shapes.part import axes_of, parts_of
 from netdae.model.state import State
-from netdae.system.overlap import Nearest, Placed, nearest
+from netdae.system.overlap import Knots, Nearest, Placed, nearest
 
 if TYPE_CHECKING:
     from netdae.system.system import System
@@ -34,7 +34,7 @@ class TargetColumns(NamedTuple):
     """A target in the columns of metrics.csv, SI units; nan where there is none.
 
     target_x, ... : of its centre of mass; target_spin_x, ... : rad/s, about the axes of its frame
-    target_gap : least distance of knots and cables from its surface, m, negative inside
+    target_gap : least distance of knots and cables, with their thickness, from its surface, m, negative in contact
     """
 
     target_x: float
@@ -53,24 +53,22 @@ NO_TARGET = TargetColumns(*[np.nan] * len(TargetColumns._fields))
 
 
 class Meeting:
-    """How near a net comes to the target of a system that has one.
-
-    shown : (n,), nodes that are knots or bullets: of the net, its tether and its closing
-    """
+    """How near a net, with its tether and closing cords, comes to the target of a system that has one."""
 
     def __init__(self, system: System) -> None:
         body = system.body
         assert body is not None
         self.system = system
         self.parts = parts_of(body.target.parts)
-        self.shown = system.in_space.copy()
-        self.shown[body.place] = False
+        shown = system.in_space.copy()
+        shown[body.place] = False
+        self.knots = Knots.of(system.net, system.cords, shown)
 
     def nearest(self, state: State) -> Nearest:
         """The point of the net that is nearest to the target, or deepest in it."""
         target = target_at(self.system, state)
         body = Placed(self.parts, target.origin, axes_of(target.attitude))
-        return nearest(body, state.x, self.system.net.cables, self.shown)
+        return nearest(body, state.x, self.knots)
 
     def columns(self, state: State) -> TargetColumns:
         """The target at a State, as metrics.csv has it."""
