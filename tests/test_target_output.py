@@ -89,10 +89,11 @@ def test_columns_and_summary_have_the_target(out):
     np.testing.assert_allclose(table["target_velocity_z"], -2.0, atol=1e-12)
     np.testing.assert_allclose(table["target_spin_z"], np.pi / 2, rtol=1e-12)
     # half of the body's height and of a cord, to the net in the plane z = 0
-    np.testing.assert_allclose(table["target_gap"], 5.0 - 2.0 * t - 1.375 - 5e-4, atol=1e-9)
+    np.testing.assert_allclose(table["contact_gap"], 5.0 - 2.0 * t - 1.375 - 5e-4, atol=1e-9)
     told = json.loads((out / "summary.json").read_text())["target"]
     np.testing.assert_allclose(told["final_position"], [0.0, 0.0, 4.0], atol=1e-12)
     np.testing.assert_allclose(told["final_spin_deg_s"], [0.0, 0.0, 90.0], atol=1e-12)
+    told = json.loads((out / "summary.json").read_text())["contact"]
     assert told["least_gap"] == pytest.approx(2.6245)
     assert told["least_gap_time"] == 0.5
     assert "first_contact" not in told
@@ -126,6 +127,40 @@ position = [0.0, 0.0, 2.0]
 """
 
 
+def test_a_net_that_is_caught_tells_what_contact_does(tmp_path):
+    """A net thrown at a free ball: what it loses the ball has, and forces, sums and energies go together."""
+    head, _, tail = SCENARIO.partition("[target]")
+    text = head.replace("scale =", "velocity = [0.0, 0.0, 5.0]\nscale =") + BALL.replace(
+        'motion = "fixed"', "mass = 0.02\nslip_speed = 0.1\nstiffness = 2e3"
+    )
+    text += "[solver]" + tail.partition("[solver]")[2].replace("end = 0.5", 'end = 0.4\nmethod = "ida"')
+    text = text.replace("frames = 6", "frames = 41")
+    out = flown(tmp_path, text)
+    told = json.loads((out / "summary.json").read_text())
+    table = np.genfromtxt(out / "metrics.csv", delimiter=",", names=True)
+    start, end = table[0], table[-1]
+    assert start["momentum_z"] == pytest.approx(end["momentum_z"], rel=1e-6)
+    gained = 0.02 * end["target_velocity_z"]
+    assert gained > 0.01 * start["momentum_z"]
+    # normal forces sum up to no less than what the ball has gained along z, and sampling is good to a few per cent
+    assert told["contact"]["normal_impulse"] > 0.9 * gained
+    assert told["contact"]["normal_impulse"] == pytest.approx(end["normal_impulse"])
+    assert 0 < told["contact"]["friction_dissipated"] < told["contact"]["contact_dissipated"]
+    # nothing else dissipates; the trapezoidal rule over IDA's steps against the balance's Simpson's
+    assert told["contact"]["contact_dissipated"] == pytest.approx(end["dissipated_energy"], rel=0.1)
+    touching = table["contacts"] > 0
+    assert touching.any()
+    assert (table["contact_gap"][touching] < 0).all()
+    assert (table["contact_force"][touching] > 0).all()
+    assert (table["contact_force"][~touching] == 0).all()
+    k = int(np.argmax(table["contact_force"]))
+    frame, body = (pv.read(read_series(out / name)[k][1]) for name in ("series.pvd", "target.pvd"))
+    force = np.array([table[f"target_force_{axis}"][k] for axis in "xyz"])
+    np.testing.assert_allclose(-frame.point_data["contact_force"].sum(axis=0), force, rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(body.cell_data["contact_force"][0], force, rtol=1e-6, atol=1e-9)
+    assert frame.point_data["contact_gap"].min() == pytest.approx(table["contact_gap"][k], abs=1e-3)
+
+
 @pytest.mark.parametrize("method", ["ida", "explicit"])
 def test_events_find_the_first_contact(tmp_path, method):
     head, _, tail = SCENARIO.partition("[target]")
@@ -141,12 +176,12 @@ def test_events_find_the_first_contact(tmp_path, method):
     assert times["first_contact"] == pytest.approx(first, abs=1e-7)
     assert times["contacts"] == pytest.approx(first, abs=1e-7)
     assert times["target_distance"] == pytest.approx(0.2, abs=1e-7)
-    assert first - 1e-9 < told["target"]["first_contact"] <= 0.31  # the internal step after it
+    assert first - 1e-9 < told["contact"]["first_contact"] <= 0.31  # the internal step after it
 
 
 def test_events_at_a_target_need_one(tmp_path):
     text = SCENARIO.partition("[target]")[0] + BALL.partition("[target]")[0] + "[solver]\nend = 0.01\n"
-    with pytest.raises(InputError, match=r"\[\[events\]\] 1: .*needs a target: add \[target\]"):
+    with pytest.raises(InputError, match=r"\[\[events\]\] 1: .*needs something to touch"):
         flown(tmp_path, text)
 
 

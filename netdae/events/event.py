@@ -32,7 +32,7 @@ QuantityName = Literal[
 ]
 Place = Literal["value", "maximum", "minimum"]
 ActionName = Literal["none", "stop", "start_closing", "lock_tether", "next_phase"]
-Need = Literal["mouth", "corners", "tether", "chaser", "strength", "closing", "target"]
+Need = Literal["mouth", "corners", "tether", "chaser", "strength", "closing", "target", "contact"]
 
 NEEDS: Mapping[Need, str] = {
     "mouth": "a mouth: name the group of its closed loop, in [metrics] as mouth",
@@ -41,6 +41,7 @@ NEEDS: Mapping[Need, str] = {
     "chaser": "a chaser at the end of a tether: add [tether], or a node group of that name",
     "strength": "a cord with a strength: give it to a [[material]]",
     "target": "a target: add [target]",
+    "contact": "something to touch: add [target] or [[obstacles]]",
     "closing": "what closes it: add [[closing]] without begin",
 }
 """What a net has to have for a figure or an action."""
@@ -136,21 +137,21 @@ QUANTITIES: Mapping[QuantityName, Quantity] = {
         "distance from the net's centre of mass to the target's", "m", needs="target", back_least=1e-3
     ),
     "first_contact": Quantity(
-        "depth of the deepest knot or cable in the target through zero",
+        "depth of the deepest knot or cable in a body through zero",
         "m",
         "up",
         takes_value=False,
-        needs="target",
+        needs="contact",
         fast=True,
         back_least=1e-2,
         turns=False,
     ),
     "contacts": Quantity(
-        "number of knots and cables that touch the target",
+        "number of knots and cables that touch a body",
         "1",
         "up",
         above=-1.0,
-        needs="target",
+        needs="contact",
         fast=True,
         back_share=0.5,
         turns=False,

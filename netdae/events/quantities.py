@@ -22,9 +22,9 @@ from netdae.model.mouth import corners_of, mouth_of, vector_area
 from netdae.model.net import CableNet
 from netdae.model.state import State
 from netdae.system.measurements import Measurements
+from netdae.system.meeting import Meeting
 from netdae.system.overlap import Nearest
 from netdae.system.system import System
-from netdae.system.target_state import Meeting
 
 
 class Scene:
@@ -53,7 +53,7 @@ class Scene:
         self.tether = net.cable_groups.get("tether", frozen_ints([]))
         self.chaser = net.node_groups.get("chaser", frozen_ints([]))
         self._measurements = Measurements.of(system)
-        self._meeting = None if system.body is None else Meeting(system)
+        self._meeting = Meeting(system) if "contact" in needed else None
         self._nearest: tuple[State, Nearest] | None = None
         self.reference_area = 0.0 if self.loop is None else vector_area(net.nodes[self.loop])
         self.origin, self.direction = np.zeros(3), np.full(3, np.nan)
@@ -68,6 +68,7 @@ class Scene:
             "strength": bool(np.isfinite(system.strength).any()),
             "closing": "drums" in net.node_groups,
             "target": system.body is not None,
+            "contact": self._meeting is not None and self._meeting.bodies,
         }
         for event in events:
             check_needs(event, [need for need, there in has.items() if there])
@@ -91,7 +92,7 @@ class Scene:
         return self._values[figure]
 
     def nearest(self, state: State) -> Nearest:
-        """The point of the net that is nearest to the target; it is found once for the same state."""
+        """The point of the net that is nearest to a body; it is found once for the same state."""
         if self._nearest is None or self._nearest[0] is not state:
             assert self._meeting is not None
             self._nearest = state, self._meeting.nearest(state)

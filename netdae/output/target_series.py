@@ -1,6 +1,7 @@
 """The moving surface of a target as a ParaView time series: frames/target_000000.vtp ... and the .pvd that names them.
 
-Points are those of the surface, with sharp edges; point data velocity (m/s); cell data part (the part's number from 0).
+Points are those of the surface, with sharp edges; point data velocity (m/s); cell data part (the part's
+number from 0) and contact_force (N, of the net on the whole part).
 Field data: centre (m, of mass), attitude (quaternion w, x, y, z of the body's frame), spin (rad/s, about its axes).
 """
 
@@ -20,6 +21,7 @@ from netdae.model.shapes.part import Part, axes_of
 from netdae.model.shapes.surfaces import joined
 from netdae.model.state import State
 from netdae.output.pvd import PvdSeries
+from netdae.system.meeting import Meeting
 from netdae.system.target_state import target_at
 
 if TYPE_CHECKING:
@@ -72,6 +74,7 @@ class TargetSeries:
         spin = axes @ target.spin
         surface.point_data["velocity"] = target.velocity + np.cross(spin, surface.points - target.centre)
         surface.field_data["TimeValue"] = np.array([state.t])  # ParaView's name for a single file's time
+        surface.cell_data["contact_force"] = self._meeting.part_forces(state)[self._part]
         for name in ("centre", "attitude", "spin"):
             surface.field_data[name] = getattr(target, name)
         self._files.add(state.t, self._written())
@@ -86,6 +89,8 @@ class TargetSeries:
         self._system = system
         self._surface = surface_of_parts(system.body.target.parts)
         self._points = np.array(self._surface.points)
+        self._part = np.asarray(self._surface.cell_data["part"])
+        self._meeting = Meeting(system)
         self._surface.point_data["velocity"] = np.zeros_like(self._points)
         self._writer = XMLPolyDataWriter("", self._surface).writer
         self._writer.WriteToOutputStringOn()

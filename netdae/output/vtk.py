@@ -2,7 +2,9 @@
 
 Points are x; point data displacement (x − x̄, m), velocity (m/s), acceleration (m/s²), mass (kg); cell data
 strain (E11), stress (S11, Pa), tension (N), taut (uint8); groups are uint8 arrays group_<name>. Point data
-restrained (uint8) is how many axes of a node are held or driven in the frame; frames of former versions lack it.
+restrained (uint8) is how many axes of a node are held or driven in the frame; frames of former versions lack it. With
+a target or obstacles there are also contact_force (N, of these on the node) and contact_gap (m, to the nearest of them,
+less the radius of the node's cords).
 """
 
 from __future__ import annotations
@@ -22,6 +24,7 @@ from netdae.core.files import reason_of
 from netdae.model.net import CableNet
 from netdae.model.state import State
 from netdae.output.pvd import PvdSeries
+from netdae.system.meeting import Meeting
 
 if TYPE_CHECKING:
     import os
@@ -91,6 +94,8 @@ class VtuSeries:
         self._places = np.flatnonzero(shown)
         self._grid = grid_of(system.net, groups=self.groups, nodes=self._places)
         self._grid.point_data["mass"] = system.mass[self._places]
+        meeting = Meeting(system)
+        self._meeting = meeting if meeting.bodies else None
         self._holding: tuple[Restraint, ...] = ()
         self._grid.point_data[RESTRAINED] = np.zeros(len(self._places), dtype=np.uint8)
         self._writer = XMLUnstructuredGridWriter("", self._grid).writer
@@ -117,6 +122,9 @@ class VtuSeries:
         grid.point_data["displacement"] = x - system.net.nodes[places]
         grid.point_data["velocity"] = state.v[places]
         grid.point_data["acceleration"] = state.a[places]
+        if self._meeting is not None:
+            grid.point_data["contact_force"] = self._meeting.forces(state)[places]
+            grid.point_data["contact_gap"] = self._meeting.gaps(state)[places]
         self._hold(system, state.t)
         grid.cell_data["strain"] = strain
         grid.cell_data["stress"] = system.stress(state.x)

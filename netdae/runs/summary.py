@@ -83,6 +83,7 @@ def summary_of(
         "deployment": figures,
         "tether": {} if last is None else simulation.metrics.tether_summary(last),
         "target": {} if last is None else simulation.metrics.target_summary(last),
+        "contact": {} if last is None else simulation.metrics.contact_summary(),
         "restraints": [] if last is None else _reactions(simulation, last, fired),
         "impulses": [{"time": t, "impulse": list(map(float, impulse))} for t, impulse in impulses],
         "events": [] if simulation.events is None else simulation.events.records,

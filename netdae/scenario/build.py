@@ -18,7 +18,7 @@ from netdae.initial.ejection import Launch
 from netdae.model.material import Cords, Material
 from netdae.model.net import CableNet
 from netdae.model.state import State
-from netdae.model.target import Target
+from netdae.model.target import Obstacle, Target
 from netdae.scenario.closing import closing_options, closings_of, overpowered
 from netdae.scenario.damping import damping_of
 from netdae.scenario.equilibrium import at_rest
@@ -69,6 +69,7 @@ class _Parts(NamedTuple):
     loads: list[Load]
     damping: Damping
     target: Target | None
+    obstacles: tuple[Obstacle, ...]
 
 
 class Build:
@@ -106,9 +107,6 @@ class Build:
         size = float(np.ptp(net.nodes, axis=0).max())
         target = target_of(data.target, self._folder, size, section)
         obstacles = obstacles_of(data.obstacles, self._folder, size, section)
-        if obstacles:
-            with section("obstacles"):
-                raise InputError("the net does not feel obstacles yet: leave the section out")
         parts = _Parts(
             tied,
             whole,
@@ -123,6 +121,7 @@ class Build:
             self._loads(tied.net, tied.start.x),
             self._damping(),
             target,
+            obstacles,
         )
         x, v, found = strung.start.x, strung.start.v.copy(), start.findings
         if data.initial.shape == "equilibrium":
@@ -146,13 +145,11 @@ class Build:
                 kept[system.body.place] = True
             state = disturbed(state, data.initial.disturbance, data.initial.disturbance_seed, kept)
         with section("metrics"):
-            metrics = metrics_of(data.metrics, system)
+            metrics = metrics_of(data.metrics, system, contact_sums=self._solver.method != "explicit")
         with section("solver"):
             options = options_of(self._solver)
         options = closing_options(options, self._solver, closings)
         findings: list[str] = [*of_mesh, *found, *late]
-        if target is not None:
-            findings.append("[target]: it flies, but the net does not feel it yet: contact is left out")
         notes = [*overpowered(closings)]
         accuracy = accuracy_reported(options.tolerances, closings) if options.in_force else None
         if accuracy is not None:
@@ -234,6 +231,7 @@ class Build:
                 restraints=[each.restraint for each in given],
                 reels=(*parts.tied.reels, *parts.whole.reels, *parts.strung.reels),
                 target=parts.target,
+                obstacles=parts.obstacles,
                 forces=parts.whole.forces,
             )
 

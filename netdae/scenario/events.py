@@ -107,7 +107,9 @@ def needs_met(
     if (system.strength < math.inf).any():
         has.add("strength")
     if system.body is not None:
-        has.add("target")
+        has |= {"target", "contact"}
+    if system.obstacles:
+        has.add("contact")
     if any(entry.begin is None for entry in closing):
         has.add("closing")
     return has

@@ -74,6 +74,9 @@ class ContactKeys(Section):
     slip_speed: SlipSpeed = Field(
         0.01, description="Sliding speed at which friction has seven tenths of its full value, m/s."
     )
+    closing_speed: SlipSpeed = Field(
+        5.0, description="Speed, m/s, at which a stiffness that is chosen stops a knot or bullet within 1 mm."
+    )
 
 
 class ShapeKeys(Section):

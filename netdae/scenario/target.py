@@ -60,6 +60,7 @@ class PartEntry(ShapeKeys):
     dissipation: Dissipation | None = Field(None, description="As of the target.")
     friction: ContactFriction | None = Field(None, description="As of the target.")
     slip_speed: SlipSpeed | None = Field(None, description="As of the target.")
+    closing_speed: SlipSpeed | None = Field(None, description="As of the target.")
 
 
 class TargetEntry(ContactKeys, ShapeKeys):

@@ -108,7 +108,8 @@ class System:
             self.cords.engineering,
             tau,
         )
-        contacts, self._kept = contacts_of(net, self.cords, self.mass, of_net, self.body, tuple(obstacles))
+        self.obstacles = tuple(obstacles)
+        contacts, self._kept = contacts_of(net, self.cords, self.mass, of_net, self.body, self.obstacles)
         own = tuple(forces)
         for force in own:
             check_force(force)
