@@ -358,7 +358,9 @@ def test_column_without_a_number_is_left_out(tmp_path):
     assert drawn("area", tmp_path / "a") is None
     assert len(drawn("overview", tmp_path / "a").axes) == 8
     files = plot(tmp_path / "a", tmp_path / "o", formats=("svg",))
-    assert [f.stem for f in files] == [name for name in NAMES if name not in ("area", "tether", "closing")]
+    assert [f.stem for f in files] == [
+        name for name in NAMES if name not in ("area", "tether", "closing", "contact", "target")
+    ]
     with pytest.raises(InputError, match=r"area cannot be drawn: .* has no numbers for it"):
         plot(tmp_path / "a", tmp_path / "p", only=("area",))
     assert not (tmp_path / "p").exists()

@@ -133,7 +133,9 @@ def test_a_net_that_is_caught_tells_what_contact_does(tmp_path):
     text = head.replace("scale =", "velocity = [0.0, 0.0, 5.0]\nscale =") + BALL.replace(
         'motion = "fixed"', "mass = 0.02\nslip_speed = 0.1\nstiffness = 2e3"
     )
-    text += "[solver]" + tail.partition("[solver]")[2].replace("end = 0.5", 'end = 0.4\nmethod = "ida"')
+    text += "[solver]" + tail.partition("[solver]")[2].replace(
+        "end = 0.5", 'end = 0.35\nmethod = "ida"\naccuracy = "accurate"'
+    )
     text = text.replace("frames = 6", "frames = 41")
     out = flown(tmp_path, text)
     told = json.loads((out / "summary.json").read_text())
@@ -142,12 +144,12 @@ def test_a_net_that_is_caught_tells_what_contact_does(tmp_path):
     assert start["momentum_z"] == pytest.approx(end["momentum_z"], rel=1e-6)
     gained = 0.02 * end["target_velocity_z"]
     assert gained > 0.01 * start["momentum_z"]
-    # normal forces sum up to no less than what the ball has gained along z, and sampling is good to a few per cent
-    assert told["contact"]["normal_impulse"] > 0.9 * gained
+    # nearly all touches are about the pole; the trapezoidal rule over IDA's steps
+    assert told["contact"]["normal_impulse"] == pytest.approx(gained, rel=0.05)
     assert told["contact"]["normal_impulse"] == pytest.approx(end["normal_impulse"])
     assert 0 < told["contact"]["friction_dissipated"] < told["contact"]["contact_dissipated"]
-    # nothing else dissipates; the trapezoidal rule over IDA's steps against the balance's Simpson's
-    assert told["contact"]["contact_dissipated"] == pytest.approx(end["dissipated_energy"], rel=0.1)
+    # nothing else dissipates: the balance has it by Simpson's rule
+    assert told["contact"]["contact_dissipated"] == pytest.approx(end["dissipated_energy"], rel=0.02)
     touching = table["contacts"] > 0
     assert touching.any()
     assert (table["contact_gap"][touching] < 0).all()
@@ -158,7 +160,7 @@ def test_a_net_that_is_caught_tells_what_contact_does(tmp_path):
     force = np.array([table[f"target_force_{axis}"][k] for axis in "xyz"])
     np.testing.assert_allclose(-frame.point_data["contact_force"].sum(axis=0), force, rtol=1e-6, atol=1e-9)
     np.testing.assert_allclose(body.cell_data["contact_force"][0], force, rtol=1e-6, atol=1e-9)
-    assert frame.point_data["contact_gap"].min() == pytest.approx(table["contact_gap"][k], abs=1e-3)
+    assert frame.point_data["contact_gap"].min() >= table["contact_gap"][k] - 1e-6  # cables may be deeper
 
 
 @pytest.mark.parametrize("method", ["ida", "explicit"])

@@ -99,6 +99,7 @@ class NativeIda:
     def __init__(self, system: System, drive: Drive, options: SolverOptions) -> None:
         library = sundials()
         self._system = system
+        self._meets = system.body is not None or bool(system.obstacles)
         self._options = options
         self._size = 6 * system.net.node_count
         self._rows = int(max(1, min(CHUNK, CHUNK_MEMORY / (16 * self._size))))
@@ -175,13 +176,18 @@ class NativeIda:
             self._memory.bound_step(bound)
 
     def _report(self, made: int) -> list[Step]:
-        """The end of a chunk, and before it a new largest tension and the steps beside it: it may last one step."""
+        """The end of a chunk, and before it a new largest tension and the steps beside it: it may last one step.
+
+        With a target or obstacles it is every step, since a touch lasts few of them.
+        """
         tensions = self._chunk.tensions
         best = int(tensions[1 : made + 1].argmax()) + 1
         rows = {0, made}
         if tensions[best] > self._peak:
             self._peak = float(tensions[best])
             rows |= {row for row in (best - 1, best, best + 1) if 0 < row < made}
+        if self._meets:
+            rows |= {*range(1, made)}
         if self.every_step and self.scan is not None:
             places = self._chunk.states[1 : made + 1, : self._size // 2].reshape(made, -1, 3)
             rows |= {*range(max(1, self.scan(places)), made)}
