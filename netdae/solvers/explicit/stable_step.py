@@ -62,6 +62,16 @@ def stable_step(
     return min(_stable(system, families, rate, damped=damped) for families in found)
 
 
+def steps_of_cords_and_contact(system: System) -> tuple[float, float]:
+    """Stable h in s of the cords, and that of contact with target and obstacles; infinite where there is none."""
+    strain, at = max(float(system.toe_strain.max()), 1e-3), np.zeros_like(system.net.nodes)
+    cords, contact = (
+        _stable(system, list(_families(system, strain, at, across=across)), 0.0, damped=True)
+        for across in (False, True)
+    )
+    return cords, contact
+
+
 def _stable(system: System, families: list[Family], rate: float, *, damped: bool) -> float:
     """The same for some families."""
     total = np.zeros((2, system.net.node_count))
