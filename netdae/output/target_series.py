@@ -1,8 +1,8 @@
 """The moving surface of a target as a ParaView time series: frames/target_000000.vtp ... and the .pvd that names them.
 
-Points are those of the surface, with sharp edges; point data velocity (m/s); cell data part (the part's
-number from 0) and contact_force (N, of the net on the whole part).
-Field data: centre (m, of mass), attitude (quaternion w, x, y, z of the body's frame), spin (rad/s, about its axes).
+Points are those of the surface, with sharp edges; point data velocity (m/s); cell data part (the part's number from 0)
+and contact_force (N, of the net on the whole part). Field data: centre (m, of mass), origin (m, of the body's frame),
+attitude (quaternion w, x, y, z of this frame), spin (rad/s, about its axes).
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ class TargetSeries:
         surface.point_data["velocity"] = target.velocity + np.cross(spin, surface.points - target.centre)
         surface.field_data["TimeValue"] = np.array([state.t])  # ParaView's name for a single file's time
         surface.cell_data["contact_force"] = self._meeting.part_forces(state)[self._part]
-        for name in ("centre", "attitude", "spin"):
+        for name in ("centre", "origin", "attitude", "spin"):
             surface.field_data[name] = getattr(target, name)
         self._files.add(state.t, self._written())
 
