@@ -193,7 +193,11 @@ class DeploymentMetrics:
             self._start(state)
         self._system.take(state)
         x, balance = state.x, state.balance
-        measured = self._measurements.measure(x, state.v)
+        met = self._met(state)
+        # index 2 is what contact stores
+        measured = self._measurements.measure(
+            x, state.v, t=state.t, contact_energy=None if self._meeting is None else met[2]
+        )
         momentum, turn = self._momentum_errors(state)
         self._history.append(
             (
@@ -205,7 +209,7 @@ class DeploymentMetrics:
                 balance.external_work,
                 momentum,
                 turn,
-                *self._met(state),
+                *met,
                 *measured,
             )
         )

@@ -2,10 +2,11 @@
 
 Distances are those of the cords' surfaces: φ less their radius r, and at a knot that of its thickest cord.
 
-A cable is straight from knot to knot. φ changes along it by its length at most, times the Lipschitz constant C of φ,
-so φ − r ≥ ½ (φᵢ + φⱼ − C l) − r on a cable of length l between knots with φᵢ and φⱼ. Cables for which this bound is
-neither below the least so far nor below zero are left out; others are searched at points of a fixed spacing, and once
-more about the least of them.
+A cable is straight from knot to knot, x(s) = xᵢ + s d. Of a convex part φ is convex along it: its least value is at i
+where d·n ≥ 0 there, at j where d·n ≤ 0 there, and otherwise between, not below the point where the two tangents meet;
+it is found by bisection of the slope. Of any other part φ changes by the way times its Lipschitz constant C at most, so
+that φ ≥ ½ (φᵢ + φⱼ − C l) for a length l; it is searched at points of a fixed spacing, and once more about the least of
+them. Cables whose bound is neither below the least so far nor below r are left out.
 """
 
 from __future__ import annotations
@@ -23,7 +24,8 @@ from netdae.model.shapes.kinds import Parts
 from netdae.model.shapes.part import Part, axes_of, parts_of
 from netdae.model.target import Obstacle, Target
 
-_POINTS = 33  # along a cable, in each of two rounds: to a 512th of its length
+_HALVINGS = 20  # of a cable: to a millionth of its length
+_POINTS = 33  # along a cable at a part that is not convex, in each of two rounds: to a 512th of its length
 
 
 class Nearest(NamedTuple):
@@ -88,7 +90,7 @@ def nearest(body: Placed, x: FloatArray, knots: Knots) -> Nearest:
     b = np.ascontiguousarray((x - body.position) @ body.axes)
     steepest = float(parts.lipschitz.max())
     distance, s, part, cable, node, inside = _nearest(
-        parts.kind, parts.first, parts.numbers, steepest, b, *knots
+        parts.kind, parts.first, parts.numbers, parts.convex, steepest, b, *knots
     )
     if cable >= 0:
         i, j = knots.cables[cable]
@@ -125,10 +127,63 @@ def _gaps(kind: IntArray, first: IntArray, numbers: FloatArray, b: FloatArray) -
 
 
 @njit(cache=True)
+def _along(
+    kind: int,
+    first: int,
+    numbers: FloatArray,
+    convex: bool,
+    steepest: float,
+    a: tuple[float, float, float],
+    d: tuple[float, float, float],
+    enough: float,
+) -> tuple[float, float]:
+    """The least φ of a part along a cable from a to a + d, and its s; infinite where it is not below `enough`."""
+    start = signed_distance(kind, first, numbers, a[0], a[1], a[2])
+    end = signed_distance(kind, first, numbers, a[0] + d[0], a[1] + d[1], a[2] + d[2])
+    if not convex:
+        length = np.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
+        if not 0.5 * (start[0] + end[0] - steepest * length) < enough:
+            return np.inf, 0.0
+        low, high, least, where = 0.0, 1.0, np.inf, 0.0
+        for _ in range(2):
+            width, begin = (high - low) / (_POINTS - 1), low
+            for k in range(_POINTS):
+                s = begin + k * width
+                phi = signed_distance(
+                    kind, first, numbers, a[0] + s * d[0], a[1] + s * d[1], a[2] + s * d[2]
+                )[0]
+                if phi < least:
+                    least, where = phi, s
+            low, high = max(where - width, 0.0), min(where + width, 1.0)
+        return least, where
+    falls = start[1] * d[0] + start[2] * d[1] + start[3] * d[2]
+    rises = end[1] * d[0] + end[2] * d[1] + end[3] * d[2]
+    if not falls < 0.0:
+        return start[0], 0.0
+    if not rises > 0.0:
+        return end[0], 1.0
+    meet = (end[0] - rises - start[0]) / (falls - rises)
+    if not start[0] + meet * falls < enough:
+        return np.inf, 0.0
+    low, high, least, where = 0.0, 1.0, min(start[0], end[0]), 0.0 if start[0] < end[0] else 1.0
+    for _ in range(_HALVINGS):
+        s = 0.5 * (low + high)
+        now = signed_distance(kind, first, numbers, a[0] + s * d[0], a[1] + s * d[1], a[2] + s * d[2])
+        if now[0] < least:
+            least, where = now[0], s
+        if now[1] * d[0] + now[2] * d[1] + now[3] * d[2] < 0.0:
+            low = s
+        else:
+            high = s
+    return least, where
+
+
+@njit(cache=True)
 def _nearest(
     kind: IntArray,
     first: IntArray,
     numbers: FloatArray,
+    convex: BoolArray,
     steepest: float,
     b: FloatArray,
     shown: BoolArray,
@@ -137,34 +192,23 @@ def _nearest(
     cable_radius: FloatArray,
 ) -> tuple[float, float, int, int, int, int]:
     """φ − r, s along the cable, part, cable, node, and the number inside."""
-    phi = np.full(len(b), np.inf)
     best, at, part, cable, node, inside = np.inf, 0.0, 0, -1, -1, 0
     for i in range(len(b)):
         if shown[i]:
-            phi[i], which = _least(kind, first, numbers, b[i, 0], b[i, 1], b[i, 2])
-            inside += phi[i] < node_radius[i]
-            if phi[i] - node_radius[i] < best:
-                best, part, node = phi[i] - node_radius[i], which, i
+            phi, which = _least(kind, first, numbers, b[i, 0], b[i, 1], b[i, 2])
+            inside += phi < node_radius[i]
+            if phi - node_radius[i] < best:
+                best, part, node = phi - node_radius[i], which, i
     for e in range(len(cables)):
-        i, j = cables[e, 0], cables[e, 1]
-        dx, dy, dz = b[j, 0] - b[i, 0], b[j, 1] - b[i, 1], b[j, 2] - b[i, 2]
-        bound = 0.5 * (phi[i] + phi[j] - steepest * np.sqrt(dx * dx + dy * dy + dz * dz)) - cable_radius[e]
-        if not bound < max(best, 0.0):
-            continue
-        low, high, least, where, which = 0.0, 1.0, np.inf, 0.0, 0
-        for _ in range(2):
-            width = (high - low) / (_POINTS - 1)
-            begin = low
-            for k in range(_POINTS):
-                s = begin + k * width
-                value, of_part = _least(
-                    kind, first, numbers, b[i, 0] + s * dx, b[i, 1] + s * dy, b[i, 2] + s * dz
-                )
-                if value < least:
-                    least, where, which = value, s, of_part
-            low, high = max(where - width, 0.0), min(where + width, 1.0)
-        least -= cable_radius[e]
-        inside += least < 0.0
-        if least < best:
-            best, at, part, cable, node = least, where, which, e, -1
+        i, j, r = cables[e, 0], cables[e, 1], cable_radius[e]
+        a = b[i, 0], b[i, 1], b[i, 2]
+        d = b[j, 0] - b[i, 0], b[j, 1] - b[i, 1], b[j, 2] - b[i, 2]
+        touches = False
+        for p in range(len(kind)):
+            enough = max(best, 0.0) + r
+            phi, s = _along(kind[p], first[p], numbers, convex[p], steepest, a, d, enough)
+            touches = touches or phi < r
+            if phi - r < best:
+                best, at, part, cable, node = phi - r, s, p, e, -1
+        inside += touches
     return best, at, part, cable, node, inside

@@ -179,9 +179,9 @@ _LOOK: dict[str, Any] = {
 
 
 def axis_length(own: FloatArray, axis: int) -> float:
-    """How long an axis of a body is drawn, m: a quarter of its size beyond its points (k, 3), in its frame."""
+    """How long an axis of a body is drawn, m: an eighth of its size beyond its points (k, 3), in its frame."""
     size = float(np.ptp(own, axis=0).max())
-    return max(float(own[:, axis].max()), 0.0) + 0.25 * size
+    return max(float(own[:, axis].max()), 0.0) + 0.125 * size
 
 
 def _supports(places: FloatArray, shot: Shot, pixel: float) -> Any:
