@@ -3,7 +3,7 @@
     python3 scripts/in_venv.py python scripts/gallery.py scripts/pictures/gallery
 
 Flies every scenario of this folder by the explicit method with 25 frames. Pictures the largest mouth, or two thirds of
-the way where a net is widest at its start; a net that is held, towed or meets a body, at the end; and one that closes at
+the way where a net is widest at its start; a net that is held, towed or meets a body, at the end; one that closes at
 its widest, half closed and at the end, from ahead. Prints a row of its table for each.
 """
 

@@ -110,6 +110,7 @@ SECTIONS = {  # class in the schema: headings whose tables explain its keys
     "PulleyEntry": ("[[pulleys]]", "[[pulleys]] rings"),
     "OwnCord": ("[[pulleys]]", "[[pulleys]] cables"),
     "TargetEntry": ("[target]", "Shapes", "Contact"),
+    "TargetSpread": ("[target.spread]",),
     "PartEntry": ("[[target.parts]]", "Shapes", "Contact"),
     "ObstacleEntry": ("[[obstacles]]", "Shapes", "Contact"),
     "EventEntry": ("[[events]]",),

@@ -148,6 +148,21 @@ def test_presets_have_their_published_sizes():
     assert across == pytest.approx(preset_of("envisat").body.tensor[2, 2], rel=0.15)
 
 
+def test_the_start_of_a_target_is_scattered():
+    text = (
+        SPHERE
+        + "spread = { position = 0.1, velocity = 0.2, spin_deg_s = 3.0, attitude_deg = 5.0, member = %d }"
+    )
+    drawn = [made(text % member)[0] for member in range(200)]
+    for name, deviation in (("position", 0.1), ("velocity", 0.2), ("spin", np.radians(3.0))):
+        values = np.array([getattr(target, name) for target in drawn])
+        # 600 draws: the standard error of a deviation is 3 %
+        assert values.std() == pytest.approx(deviation, rel=0.1)
+    assert len({tuple(target.attitude) for target in drawn}) == 200
+    again = made(text % 7)[0]
+    np.testing.assert_array_equal(again.position, drawn[7].position)
+
+
 SPHERE = '[target]\nkind = "sphere"\nradius = 1.0\nmass = 10.0\n'
 BOX = '[target]\nkind = "box"\nsize = [1.0, 1.0, 1.0]\nmass = 10.0\n'
 

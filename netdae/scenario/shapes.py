@@ -144,6 +144,9 @@ def part_of(shape: Shape, position: Any, attitude_deg: Any) -> Part:
     return Part(shape, np.array(position, dtype=np.float64), turned(attitude_deg))
 
 
-def turned(degrees: Any) -> FloatArray:
-    """Quaternion (w, x, y, z) of turns about the fixed x, then y, then z axis, degrees."""
-    return np.asarray(Rotation.from_euler("xyz", degrees, degrees=True).as_quat(scalar_first=True))
+def turned(degrees: Any, *, further: Any = (0.0, 0.0, 0.0)) -> FloatArray:
+    """Quaternion (w, x, y, z) of turns about the fixed x, then y, then z axis, degrees, and of further ones after."""
+    turn = Rotation.from_euler("xyz", further, degrees=True) * Rotation.from_euler(
+        "xyz", degrees, degrees=True
+    )
+    return np.asarray(turn.as_quat(scalar_first=True))

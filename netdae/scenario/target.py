@@ -9,13 +9,15 @@ import numpy as np
 from pydantic import BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 
+from netdae.core.arrays import FloatArray
 from netdae.core.errors import InputError
 from netdae.model.presets import PresetName, preset_of
 from netdae.model.shapes.part import Part
 from netdae.model.shapes.rigid_body import RigidBody
 from netdae.model.target import Contact, Target, TargetMotion
+from netdae.scenario.initial import Deviation
 from netdae.scenario.problems import InSection
-from netdae.scenario.section import Vector
+from netdae.scenario.section import Section, Vector
 from netdae.scenario.shapes import (
     ContactFriction,
     ContactKeys,
@@ -63,6 +65,30 @@ class PartEntry(ShapeKeys):
     closing_speed: SlipSpeed | None = Field(None, description="As of the target.")
 
 
+class TargetSpread(Section):
+    """Standard deviations of errors of a target that are drawn from normal distributions, for each axis."""
+
+    position: Deviation = Field(0.0, description="Of its place, m.")
+    attitude_deg: Deviation = Field(0.0, description="Of a further turn about each axis of space, degrees.")
+    velocity: Deviation = Field(0.0, description="Of its velocity, m/s.")
+    spin_deg_s: Deviation = Field(0.0, description="Of its spin, degrees/s.")
+    seed: Annotated[int, Field(ge=0)] = Field(0, description="Seed of the draws.")
+    member: Annotated[int, Field(ge=0)] = Field(
+        0, description="Member of netdae run --ensemble --scatter whose draws are taken."
+    )
+
+    @property
+    def draws(self) -> bool:
+        """Whether any error is drawn."""
+        return max(self.position, self.attitude_deg, self.velocity, self.spin_deg_s) > 0
+
+    def drawn(self) -> FloatArray:
+        """Errors of place, attitude, velocity and spin, (4, 3); each has a stream of its own."""
+        streams = np.random.default_rng((self.seed, self.member)).spawn(4)
+        deviations = (self.position, self.attitude_deg, self.velocity, self.spin_deg_s)
+        return np.array([k * each.standard_normal(3) for k, each in zip(deviations, streams, strict=True)])
+
+
 class TargetEntry(ContactKeys, ShapeKeys):
     """A rigid body that the net meets."""
 
@@ -90,6 +116,7 @@ class TargetEntry(ContactKeys, ShapeKeys):
     spin_deg_s: Vector = Field(
         (0.0, 0.0, 0.0), description="Spin about the target's own x, y and z axes at the start, degrees/s."
     )
+    spread: TargetSpread | None = Field(None, description="Errors that are drawn, beside what is given.")
 
 
 def target_of(entry: TargetEntry | None, folder: Path, net_size: float, section: InSection) -> Target | None:
@@ -103,15 +130,16 @@ def target_of(entry: TargetEntry | None, folder: Path, net_size: float, section:
     with section("target"):
         _check_one(entry)
     parts, contacts = _parts_of(entry, folder, net_size, section)
+    errors = np.zeros((4, 3)) if entry.spread is None else entry.spread.drawn()
     with section("target"):
         return Target(
             parts,
             _body_of(entry, parts),
             entry.motion,
-            np.array(entry.position),
-            turned(entry.attitude_deg),
-            np.array(entry.velocity),
-            np.radians(entry.spin_deg_s),
+            entry.position + errors[0],
+            turned(entry.attitude_deg, further=errors[1]),
+            entry.velocity + errors[2],
+            np.radians(entry.spin_deg_s + errors[3]),
             contact_of(entry),
             contacts,
         )
