@@ -50,9 +50,11 @@ if TYPE_CHECKING:
     from netdae.model.shapes.surface_mesh import SurfaceMesh
     from netdae.model.signals import Function, Pulse, Table
     from netdae.model.state import State, Trajectory
+    from netdae.model.target import Contact, Obstacle, Target
     from netdae.model.tether import Chaser, Tether
     from netdae.output.metrics import COLUMNS, DeploymentMetrics
     from netdae.output.observers import MetricsCsv, Progress
+    from netdae.output.target_series import TargetSeries
     from netdae.output.vtk import VtuSeries
     from netdae.scenario.reader import read_scenario
     from netdae.solvers.driver import integrate
@@ -137,8 +139,10 @@ _HOMES = {
     "netdae.solvers.statics": ("Equilibrium", "equilibrium"),
     "netdae.initial.canister": ("Canister",),
     "netdae.system.system": ("System",),
+    "netdae.model.target": ("Contact", "Obstacle", "Target"),
     "netdae.model.tether": ("Chaser", "Tether"),
     "netdae.system.tether_assembly": ("with_tether",),
+    "netdae.output.target_series": ("TargetSeries",),
     "netdae.output.vtk": ("VtuSeries",),
 }
 _HOME_OF = {name: module for module, names in _HOMES.items() for name in names}

@@ -72,7 +72,16 @@ def test_imports_make_no_circle():
     ("library", "homes"),
     [
         ("meshio", {"mesh.formats", "mesh.xdmf"}),
-        ("pyvista", {"output.vtk", "mesh.vtk_lines", "visual.rendering.frames", "visual.rendering.scene"}),
+        (
+            "pyvista",
+            {
+                "output.vtk",
+                "output.target_series",
+                "mesh.vtk_lines",
+                "visual.rendering.frames",
+                "visual.rendering.scene",
+            },
+        ),
         ("sksundae", {"solvers.cvode", "solvers.ida.stepper"}),
         ("cyclopts", {"cli"}),
         ("trimesh", {"mesh.surface"}),

@@ -56,8 +56,8 @@ MISTAKES = {
     "unknown section": ("[output]", "[ouput]", ["[ouput] is an unknown section", "did you mean output"]),
     "section that there is not": (
         "[output]",
-        '[target]\nkind = "box"\n[output]',
-        ["[target] is an unknown section"],
+        '[sail]\nkind = "box"\n[output]',
+        ["[sail] is an unknown section"],
     ),
     "list of sections that there is not": (
         "[output]",

@@ -22,7 +22,8 @@ from netdae.cli import main
 from netdae.forces.cables import CABLE
 from netdae.forces.elements import ElementForce
 from netdae.output.checkpoint import read_checkpoint
-from netdae.output.vtk import VtuSeries, read_frame, read_series
+from netdae.output.pvd import read_series
+from netdae.output.vtk import VtuSeries, read_frame
 from netdae.runs.jacobian_check import _colours_of, compare_jacobian, stiffest_frequency
 from netdae.scenario.reader import Simulation
 

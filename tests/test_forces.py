@@ -8,25 +8,35 @@ import pkgutil
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
+from scipy.spatial.transform import Rotation
 
 import netdae.forces
+from netdae.core.records import Record
 from netdae.forces.air import AIR, AirOnCables
 from netdae.forces.brake import BRAKE, END_STOP, Brake, EndStop
 from netdae.forces.cables import CABLE, Cables, law_of
+from netdae.forces.contact import MEETING, RESTING, Meeting, Resting
 from netdae.forces.drag import BODY_DRAG, DragOnBodies
 from netdae.forces.drawcord import DRAWCORD, drawcord
 from netdae.forces.elements import ElementForce
 from netdae.forces.free_molecular import MOLECULAR_DRAG, MolecularDrag
+from netdae.forces.gyroscope import GYROSCOPE, Gyroscope
 from netdae.forces.law import LAWS
 from netdae.forces.loads import uniform_load
 from netdae.forces.motor import MOTOR, Motor
 from netdae.forces.orbit import ORBIT, OrbitForce
+from netdae.forces.pose import pose_of
 from netdae.forces.rayleigh import MASS_DAMPING, STIFFNESS_DAMPING, MassDamping, StiffnessDamping
 from netdae.forces.reel import REELED, Reeled
 from netdae.forces.rings import Cord
 from netdae.forces.solar import LIGHT, Light, LightOnCables
 from netdae.forces.spring import GROUND_SPRING, STRUT, GroundSpring, Strut
-from netdae.model.signals import Constant, Function
+from netdae.model.shapes.distance import curvatures
+from netdae.model.shapes.hull import ConvexHull
+from netdae.model.shapes.part import Part, parts_of
+from netdae.model.shapes.solids import Box, Capsule, Cone, Cylinder, Sphere
+from netdae.model.signals import CLOCK, Constant, Function
 from netdae.system.damping import Dashpot
 
 M = 20  # elements in each case
@@ -178,6 +188,88 @@ def ground_springs(nodes, k, L):
     return ElementForce(GROUND_SPRING, nodes, parameters)
 
 
+RIGID = {
+    "sphere": Sphere(1.0),
+    "capsule": Capsule(0.5, 2.0),
+    "box": Box([1.0, 1.4, 1.8], rounding=0.3),
+    "cylinder": Cylinder(0.8, 1.6, rounding=0.4),
+    "cone": Cone(0.9, 0.4, 1.5, rounding=0.2),
+    "hull": ConvexHull(np.random.default_rng(3).standard_normal((12, 3)), rounding=0.3),
+}
+POSES = []  # records that cases refer to
+
+
+def bodies_near(shape, depth, slip, *, knots=False, exponent=1.0, dissipation=0.0, friction=0.0, fixed=False):
+    """Cables, or knots, about as deep as `depth` in a body that moves; u·g of about `slip`."""
+    rng = np.random.default_rng(15)
+    part = Part(RIGID[shape], position=(0.1, -0.2, 0.3), attitude=(0.8, 0.1, -0.3, 0.5))
+    parts = Record(parts_of([part]))
+    q = np.array([0.5, 0.3, -0.6, 0.4])
+    R = Rotation.from_quat(q, scalar_first=True)
+    rho = np.array([0.4, 0.6, 0.5])
+    spun = rng.uniform(-0.5, 0.5, 3)
+    base = pose_of(q / np.linalg.norm(q), rho, 2.0, free=True)
+    place, V = rng.standard_normal((2, 3))
+    if fixed:
+        R, place, V, spun = Rotation.identity(), np.zeros(3), np.zeros(3), np.zeros(3)
+    base.base[4:7], base.base[7:10] = 0.3, spun
+    POSES.extend((parts, pose := Record(base)))
+    b, n = [], []
+    while len(b) < M:
+        towards = rng.standard_normal(3)
+        towards /= np.linalg.norm(towards)
+        b.append(part.position + _way_out(parts, part.position, towards, depth) * towards)
+        n.append(curvatures(*_of(parts), b[-1][None])[0, 1:4])
+    b, n = np.array(b), np.array(n)
+    across = np.cross(n, rng.standard_normal((M, 3))) * (0.0 if knots else 0.4)
+    tilt = n * (0.0 if knots else 0.02) * rng.uniform(-1, 1, (M, 1))
+    share = rng.uniform(0.3, 0.6, (M, 1))
+    ends = np.stack((b - share * across - tilt, b + (1 - share) * across + tilt), axis=1)
+    x = R.apply(ends.reshape(-1, 3)).reshape(M, 2, 3) + place
+    slide = np.cross(n, rng.standard_normal((M, 3))) + slip * n + np.cross(spun, b)
+    v = (R.apply(slide) + V)[:, None] + 0.1 * rng.standard_normal((M, 2, 3)) * (not knots)
+    if knots:
+        x[:, 1], v[:, 1] = x[:, 0], v[:, 0]
+    ones = np.ones(M)
+    values = {
+        "part": np.zeros(M, dtype=np.int64),
+        "radius": 0.01 * ones,
+        "regular": (0.0 if knots else 0.1) * ones,
+        "stiffness": rng.uniform(20.0, 60.0, M),
+        "exponent": exponent * ones,
+        "dissipation": dissipation * ones,
+        "friction": friction * ones,
+        "slip_speed": 0.5 * ones,
+        "convex": parts.values.convex[np.zeros(M, dtype=np.int64)],
+        "lipschitz": ones,
+        "place": 0.5 * ones,
+        "met": np.zeros((M, 11)),
+        "elastic": False,
+        "exact": True,
+        "middle": parts.values.centre[np.zeros(M, dtype=np.int64)],
+        "sphere": np.full(M, parts.values.radius[0]),
+        "asleep": np.zeros(M),
+        "way": 0,
+    }
+    if fixed:
+        nodes = np.arange(2 * M).reshape(M, 2)
+        return ElementForce(RESTING, nodes, Resting(parts.address, **values)), 0.0, x, v
+    x, v = (np.concatenate((a, np.zeros((M, 2, 3))), axis=1) for a in (x, v))
+    x[:, 2], v[:, 2], x[:, 3], v[:, 3] = place, V, 0.3 * rho, spun * rho
+    nodes = np.arange(4 * M).reshape(M, 4)
+    return ElementForce(MEETING, nodes, Meeting(parts.address, pose.address, **values), CLOCK), 0.0, x, v
+
+
+def _way_out(parts, begin, towards, depth):
+    """How far it is to the depth, in a direction."""
+    return brentq(lambda s: curvatures(*_of(parts), (begin + s * towards)[None])[0, 0] + depth, 0, 4)
+
+
+def _of(parts):
+    p = parts.values
+    return p.kind[0], p.first[0], p.numbers
+
+
 def toe(strain, rate=(-1.0, 1.0), **more):
     return lambda: cables(strain, rate, eps=EPS, **more)
 
@@ -253,6 +345,22 @@ CASES = {
     "springs to the ground without length": lambda: points(lambda nodes, k: ground_springs(nodes, k, 0.0)),
     "mass damping": lambda: points(lambda nodes, c: ElementForce(MASS_DAMPING, nodes, MassDamping(c))),
     "load": load,
+    "gyroscope": lambda: points(
+        lambda nodes, m: ElementForce(GYROSCOPE, nodes, Gyroscope(np.linspace([0.3, 0.4, 0.5], [0.6, 0.5, 0.8], M), m))
+    ),
+    "body out of reach": lambda: bodies_near("box", -0.1, -1.0),
+    "knots on a body": lambda: bodies_near("sphere", 0.02, -0.5, knots=True, dissipation=0.3, friction=0.4),
+    "knots on a fixed body": lambda: bodies_near("box", 0.02, -0.5, knots=True, fixed=True, friction=0.4),
+    "cables on a fixed body": lambda: bodies_near("cylinder", 0.02, -0.5, dissipation=0.3, friction=0.4, fixed=True),
+    "cables leaving a body that holds no more": lambda: bodies_near(
+        "capsule", 0.05, 9.0, dissipation=1.0, friction=0.4
+    ),
+    **{
+        f"cables on a {shape}": lambda shape=shape: bodies_near(
+            shape, 0.05, -0.5, exponent=1.5, dissipation=0.3, friction=0.4
+        )
+        for shape in RIGID
+    },
 }  # fmt: skip
 
 
@@ -301,8 +409,8 @@ def test_what_acts_inside_a_net_keeps_its_momentum():
             acting.add(law)
         if law.pair:
             assert (np.abs(f[:, 0] + f[:, 1]) <= 1e-12 * size).all(), name
-        if not (law.external or law.implicit):  # which acts along x of drums alone
-            in_space = f[:, :-1] if law in (REELED, DRAWCORD) else f
+        if not (law.external or law.implicit or law is GYROSCOPE):  # which act on drums, or a spin, alone
+            in_space = f[:, :-1] if law in (REELED, DRAWCORD, MEETING) else f
             assert (np.abs(in_space.sum(axis=1)) <= 1e-12 * size).all(), name
     assert acting == all_laws()
 

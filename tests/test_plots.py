@@ -14,14 +14,16 @@ import numpy as np
 import pytest
 
 from netdae.core.errors import InputError
-from netdae.output.metrics import COLUMNS
+from netdae.output.metrics import COLUMNS, CONTACT
 from netdae.system.measurements import Cordage
+from netdae.system.meeting import TargetColumns
 from netdae.visual.plotting.drawing import draw
 from netdae.visual.plotting.figures import DESIGNS, NAMES
 from netdae.visual.plotting.runs import read_run
 from netdae.visual.plotting.sheets import plot
 
-BASE = tuple(name for name in COLUMNS if "impulse" not in name and name not in Cordage._fields)
+LATER = {*Cordage._fields, *TargetColumns._fields, *CONTACT}
+BASE = tuple(name for name in COLUMNS if "impulse" not in name and name not in LATER)
 """As earlier runs have them, which are plotted still."""
 
 SCENARIO = """\
@@ -100,9 +102,9 @@ def panel(figure, label):
 def test_every_axis_has_a_name_and_a_unit(tmp_path, name, count):
     folders = [tmp_path / str(k) for k in range(count)]
     for folder in folders:
-        write_folder(folder, more=Cordage._fields)
+        write_folder(folder, more=[column for column in COLUMNS if column in LATER])
     figure = drawn(name, *folders)
-    units = {"m", "m²", "J", "N", "kg m/s", "kg m²/s", "1"}
+    units = {"m", "m²", "m/s", "rad/s", "J", "N", "N s", "kg m/s", "kg m²/s", "1"}
     for axis in figure.axes:
         words, unit = axis.get_ylabel().replace("\n", " ").split(", ")
         assert words
@@ -121,13 +123,15 @@ def test_every_axis_has_a_name_and_a_unit(tmp_path, name, count):
 
 
 def test_lines_of_a_run_are_the_columns_of_its_file(tmp_path):
-    table = write_folder(tmp_path / "a", more=Cordage._fields)
+    more = [name for name in COLUMNS if name in LATER]
+    table = write_folder(tmp_path / "a", more=more)
     shown = set()
     for name, design in DESIGNS.items():
         figure = drawn(name, tmp_path / "a")
         wanted = [[q.column for q in p.quantities if q.column in table] for p in design.panels]
         wanted = [columns for columns in wanted if columns]
-        axes = [axis for axis in figure.axes if not axis.get_ylabel().startswith("tension / strength")]
+        computed = ("tension / strength", "penetration")
+        axes = [axis for axis in figure.axes if not axis.get_ylabel().startswith(computed)]
         for axis, columns in zip(axes, wanted, strict=True):
             lines = curves_on(axis, 30)
             assert len(lines) == len(columns)
@@ -135,7 +139,7 @@ def test_lines_of_a_run_are_the_columns_of_its_file(tmp_path):
                 np.testing.assert_array_equal(line.get_xdata(), table["time"])
                 np.testing.assert_array_equal(line.get_ydata(), table[column])
                 shown.add(column)
-    assert shown == {*BASE, *Cordage._fields} - {"time", "com_x", "com_y", "com_z"}
+    assert shown == {*BASE, *more} - {"contacts"} - {"time", "com_x", "com_y", "com_z"}
 
 
 def test_several_runs_have_one_line_each_on_every_axis_and_a_legend(tmp_path):
@@ -358,7 +362,9 @@ def test_column_without_a_number_is_left_out(tmp_path):
     assert drawn("area", tmp_path / "a") is None
     assert len(drawn("overview", tmp_path / "a").axes) == 8
     files = plot(tmp_path / "a", tmp_path / "o", formats=("svg",))
-    assert [f.stem for f in files] == [name for name in NAMES if name not in ("area", "tether", "closing")]
+    assert [f.stem for f in files] == [
+        name for name in NAMES if name not in ("area", "tether", "closing", "contact", "target")
+    ]
     with pytest.raises(InputError, match=r"area cannot be drawn: .* has no numbers for it"):
         plot(tmp_path / "a", tmp_path / "p", only=("area",))
     assert not (tmp_path / "p").exists()

@@ -16,8 +16,9 @@ import netdae as nd
 from netdae.cli import main
 from netdae.output.checkpoint import Checkpoint, read_checkpoint, read_kept
 from netdae.output.observers import MetricsCsv
+from netdae.output.pvd import read_series
 from netdae.output.trajectory import Recorder
-from netdae.output.vtk import VtuSeries, read_series
+from netdae.output.vtk import VtuSeries
 from netdae.runs.ensemble import Ensemble
 from netdae.runs.ensemble_folder import Member, fly_member
 from netdae.runs.resume import times_to
@@ -601,9 +602,9 @@ def test_frames_that_the_series_does_not_name_yet_are_kept(whole, tmp_path):
     out = tmp_path / "out"
 
     def fly_and_die():
-        import netdae.output.vtk
+        import netdae.output.pvd
 
-        netdae.output.vtk._EVERY_FRAME_UP_TO = 2
+        netdae.output.pvd._EVERY_FRAME_UP_TO = 2
         dies(Checkpoint, 6, when="after")
         return main(["run", str(write_shot(tmp_path, SHOT)), "-o", str(out)])
 

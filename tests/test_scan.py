@@ -17,7 +17,7 @@ from netdae.system.damping import NoDamping
 from netdae.system.reels import Reel
 from netdae.system.system import System
 
-FAST = [name for name, quantity in QUANTITIES.items() if quantity.fast]
+FAST = [name for name, quantity in QUANTITIES.items() if quantity.fast and quantity.needs != "contact"]
 NODES = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 1.0, 0.0], [9.0, 9.0, 9.0]])
 
 

@@ -18,8 +18,9 @@ from netdae.model.material import Material
 from netdae.model.net import CableNet
 from netdae.model.restraints import Restraint
 from netdae.model.state import State
-from netdae.output import vtk
-from netdae.output.vtk import CELL_DATA, POINT_DATA, RESTRAINED, VtuSeries, read_frame, read_series
+from netdae.output import pvd
+from netdae.output.pvd import read_series
+from netdae.output.vtk import CELL_DATA, POINT_DATA, RESTRAINED, VtuSeries, read_frame
 from netdae.system.damping import Dashpot
 from netdae.system.system import System
 
@@ -176,7 +177,7 @@ def test_a_new_series_replaces_a_longer_one_and_leaves_other_files_alone(tmp_pat
 def test_the_series_names_every_frame_up_to_1000_and_lags_by_a_thousandth_beyond(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(vtk, "_EVERY_FRAME_UP_TO", 10)
+    monkeypatch.setattr(pvd, "_EVERY_FRAME_UP_TO", 10)
     system = system_of(1)
     series = VtuSeries(tmp_path / "series.pvd")
     series.begin(system)

@@ -45,22 +45,66 @@ def check(scenario: Path) -> None:
 def _lines(simulation: Simulation) -> Iterator[str]:
     from math import pi
 
+    import numpy as np
+
     from netdae.runs.jacobian_check import stiffest_frequency
 
     system, net, times = simulation.system, simulation.system.net, simulation.times
     rtol, atol_position, atol_velocity = simulation.options.tolerances
-    mass = float(system.spatial_mass.sum())  # the inertia of drums is no mass
+    of_target = [] if system.body is None else [system.body.place, system.body.spin]
+    # the inertia of drums is no mass, and the target's stands below
+    mass = float(np.delete(system.spatial_mass, of_target).sum())
     cords = float(system.cords.linear_density @ net.rest_length)
     frequency = stiffest_frequency(system)
     yield simulation.title
-    yield f"nodes               {net.node_count}"
+    yield f"nodes               {net.node_count - len(of_target)}"
     yield f"cables              {net.cable_count}"
     yield f"mass                {mass:.6g} kg, of which cables {cords:.6g} kg"
-    yield f"restrained axes     {int(system.restrained.sum())}"
+    yield f"restrained axes     {int(np.delete(system.restrained, of_target, axis=0).sum())}"
     yield f"flight              {times[0]:g} to {times[-1]:g} s, {len(times)} frames"
     yield f"tolerances          rtol {rtol:g}, {atol_position:g} m, {atol_velocity:g} m/s"
     yield f"stiffest frequency  {frequency:.4g} Hz with all cables taut"
     if frequency > 0:
         yield f"explicit step       an undamped explicit scheme needs steps below {1 / (pi * frequency):.3g} s"
+    if system.body is not None or system.obstacles:
+        yield from _meeting_lines(simulation)
     for finding in (*simulation.findings, *simulation.notes):
         yield f"note                {finding}"
+
+
+def _meeting_lines(simulation: Simulation) -> Iterator[str]:
+    """What the net meets, when on a straight line, and what contact makes of the explicit step."""
+    import numpy as np
+
+    from netdae.initial.ejection import velocity_after
+    from netdae.scenario.meeting import whose
+    from netdae.solvers.explicit.stable_step import steps_of_cords_and_contact
+    from netdae.system.approach import approach_of
+    from netdae.system.measurements import Measurements
+
+    system, start = simulation.system, simulation.start
+    own = Measurements.of(system).own_mass
+    if simulation.launch is None:
+        velocity = own @ start.v / own.sum()
+    else:
+        velocity = velocity_after(own, start, simulation.launch)
+    if system.body is not None:
+        target = system.body.target
+        mass = "" if target.body is None else f", {target.body.mass:.6g} kg"
+        yield f"target              {target.motion}{mass}, parts: {len(target.parts)}"
+    if system.obstacles:
+        yield f"obstacles           {len(system.obstacles)}"
+    found = approach_of(system, start, velocity, float(simulation.times[-1]))
+    who = whose(found.nearest, system.net)
+    place = ", ".join(f"{value:.3g}" for value in found.nearest.point)
+    speed = f"{float(np.linalg.norm(velocity)):.4g} m/s"
+    if found.touches:
+        yield f"first contact       at t = {found.time:.4g} s on a straight line at {speed}: {who}, at ({place}) m"
+    else:
+        yield (
+            f"first contact       none on a straight line at {speed}; nearest at t = {found.time:.4g} s, "
+            f"{found.nearest.distance:.4g} m: {who}"
+        )
+    cords, contact = steps_of_cords_and_contact(system)
+    ruled = "contact rules the step" if contact < cords else "the cords rule the step"
+    yield f"contact step        explicit steps up to {contact:.3g} s, those of the cords {cords:.3g} s: {ruled}"

@@ -26,7 +26,8 @@ def plot(
         list[str] | None,
         Parameter(
             negative="",
-            help="One figure: overview, area, distance, energy, tension, momentum, taut, tether or closing; "
+            help="One figure: overview, area, distance, energy, tension, momentum, taut, tether, contact, target or "
+            "closing; "
             "more by giving it again.",
         ),
     ] = None,

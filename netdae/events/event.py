@@ -26,10 +26,13 @@ QuantityName = Literal[
     "tether_tension",
     "all_slack",
     "tension_over_strength",
+    "target_distance",
+    "first_contact",
+    "contacts",
 ]
 Place = Literal["value", "maximum", "minimum"]
 ActionName = Literal["none", "stop", "start_closing", "lock_tether", "next_phase"]
-Need = Literal["mouth", "corners", "tether", "chaser", "strength", "closing"]
+Need = Literal["mouth", "corners", "tether", "chaser", "strength", "closing", "target", "contact"]
 
 NEEDS: Mapping[Need, str] = {
     "mouth": "a mouth: name the group of its closed loop, in [metrics] as mouth",
@@ -37,6 +40,8 @@ NEEDS: Mapping[Need, str] = {
     "tether": "a tether: add [tether], or a cable group of that name",
     "chaser": "a chaser at the end of a tether: add [tether], or a node group of that name",
     "strength": "a cord with a strength: give it to a [[material]]",
+    "target": "a target: add [target]",
+    "contact": "something to touch: add [target] or [[obstacles]]",
     "closing": "what closes it: add [[closing]] without begin",
 }
 """What a net has to have for a figure or an action."""
@@ -53,6 +58,7 @@ class Quantity(NamedTuple):
     back_share, back_least, back_of_reach : a repeated event is armed again once its figure has gone back from
         the value by back_share of the value, by back_least in its unit, and by back_of_reach of the farthest that it
         has been there so far
+    turns : whether events may watch its maxima and minima
     """
 
     what: str
@@ -67,6 +73,7 @@ class Quantity(NamedTuple):
     back_share: float = 0.01
     back_least: float = 0.0
     back_of_reach: float = 0.0
+    turns: bool = True
 
 
 # Lengths and areas go back by 1 %, the fall by which the largest mouth area is reported; bullet paths to 1 mm.
@@ -82,6 +89,7 @@ QUANTITIES: Mapping[QuantityName, Quantity] = {
         default=0.01,
         below=1.0,
         needs="mouth",
+        turns=False,
     ),
     "mouth_area": Quantity("area of the mouth", "m²", needs="mouth"),
     "corner_area": Quantity("area of the loop through the corners", "m²", needs="corners"),
@@ -124,6 +132,29 @@ QUANTITIES: Mapping[QuantityName, Quantity] = {
         needs="strength",
         fast=True,
         back_share=0.5,
+    ),
+    "target_distance": Quantity(
+        "distance from the net's centre of mass to the target's", "m", needs="target", back_least=1e-3
+    ),
+    "first_contact": Quantity(
+        "depth of the deepest knot or cable in a body through zero",
+        "m",
+        "up",
+        takes_value=False,
+        needs="contact",
+        fast=True,
+        back_least=1e-2,
+        turns=False,
+    ),
+    "contacts": Quantity(
+        "number of knots and cables that touch a body",
+        "1",
+        "up",
+        above=-1.0,
+        needs="contact",
+        fast=True,
+        back_share=0.5,
+        turns=False,
     ),
 }
 """The figures that an event may watch."""
@@ -210,6 +241,10 @@ class Event:
             )
 
     def _check_turning(self) -> None:
+        if not QUANTITIES[self.figure].turns and self.figure != "largest_mouth_area":
+            raise InputError(
+                f"event {self.name!r}: at is {self.at!r}, but {self.figure} does not turn smoothly: leave at out"
+            )
         if self.figure == "largest_mouth_area":
             raise InputError(
                 f"event {self.name!r}: at is {self.at!r}, but {self.figure} is a maximum itself: leave at out, or "

@@ -22,6 +22,8 @@ from netdae.model.mouth import corners_of, mouth_of, vector_area
 from netdae.model.net import CableNet
 from netdae.model.state import State
 from netdae.system.measurements import Measurements
+from netdae.system.meeting import Meeting
+from netdae.system.overlap import Nearest
 from netdae.system.system import System
 
 
@@ -51,6 +53,8 @@ class Scene:
         self.tether = net.cable_groups.get("tether", frozen_ints([]))
         self.chaser = net.node_groups.get("chaser", frozen_ints([]))
         self._measurements = Measurements.of(system)
+        self._meeting = Meeting(system) if "contact" in needed else None
+        self._nearest: tuple[State, Nearest] | None = None
         self.reference_area = 0.0 if self.loop is None else vector_area(net.nodes[self.loop])
         self.origin, self.direction = np.zeros(3), np.full(3, np.nan)
         self._state: State | None = None
@@ -63,6 +67,8 @@ class Scene:
             "chaser": len(self.chaser) > 0,
             "strength": bool(np.isfinite(system.strength).any()),
             "closing": "drums" in net.node_groups,
+            "target": system.body is not None,
+            "contact": self._meeting is not None and self._meeting.bodies,
         }
         for event in events:
             check_needs(event, [need for need, there in has.items() if there])
@@ -84,6 +90,18 @@ class Scene:
         if figure not in self._values:
             self._values[figure] = MEASURES[figure](self, state)
         return self._values[figure]
+
+    def nearest(self, state: State) -> Nearest:
+        """The point of the net that is nearest to a body; it is found once for the same state."""
+        if self._nearest is None or self._nearest[0] is not state:
+            assert self._meeting is not None
+            self._nearest = state, self._meeting.nearest(state)
+        return self._nearest[1]
+
+    def target_place(self) -> int:
+        """The node at the target's centre of mass."""
+        assert self.system.body is not None
+        return self.system.body.place
 
     def scan(self, figure: QuantityName) -> Scan | None:
         """Scan of a figure over many steps at once; None where there is none."""
@@ -141,6 +159,20 @@ def _load(scene: Scene, state: State) -> float:
     return float((scene.system.tension(state.x) / scene.system.strength).max())
 
 
+def _target_distance(scene: Scene, state: State) -> float:
+    way = scene.centre(state) - state.x[scene.target_place()]
+    return float(np.sqrt(way @ way))
+
+
+def _depth(scene: Scene, state: State) -> float:
+    return -scene.nearest(state).distance
+
+
+def _contacts(scene: Scene, state: State) -> float:
+    """Less a half, so that the number passes a whole one where it becomes more."""
+    return scene.nearest(state).inside - 0.5
+
+
 MEASURES: Mapping[QuantityName, Callable[[Scene, State], float]] = {
     "largest_mouth_area": _mouth_area,
     "mouth_area": _mouth_area,
@@ -151,6 +183,9 @@ MEASURES: Mapping[QuantityName, Callable[[Scene, State], float]] = {
     "tether_tension": _tether_tension,
     "all_slack": _largest_strain,
     "tension_over_strength": _load,
+    "target_distance": _target_distance,
+    "first_contact": _depth,
+    "contacts": _contacts,
 }
 """Function of each figure."""
 

@@ -65,6 +65,11 @@ def _chaser_distance(scene: Scene, state: State) -> float:
     return _apart(way, scene.centre_velocity(state) - state.v[scene.chaser].mean(axis=0))
 
 
+def _target_distance(scene: Scene, state: State) -> float:
+    place = scene.target_place()
+    return _apart(scene.centre(state) - state.x[place], scene.centre_velocity(state) - state.v[place])
+
+
 def _apart(way: FloatArray, velocity: FloatArray) -> float:
     """Rate of |way|, which grows from zero at the speed."""
     length = float(np.sqrt(way @ way))
@@ -102,5 +107,6 @@ RATES: Mapping[QuantityName, Callable[[Scene, State], float]] = {
     "tether_tension": _tether_tension,
     "all_slack": _largest_strain,
     "tension_over_strength": _load,
+    "target_distance": _target_distance,
 }
 """Function of each figure that can turn, in its unit per second."""

@@ -156,6 +156,11 @@ class ElementForce:
             given=shares if "external" in law.shares else 0,
         )
 
+    @property
+    def kept(self) -> Any:
+        """The parameters as compiled code sees and changes them."""
+        return self._kept.values
+
     @cached_property
     def _kept(self) -> Record:
         return Record(self.parameters)

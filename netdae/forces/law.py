@@ -119,6 +119,7 @@ class Law:
     lossless : (parameters) -> whether `between` is the whole force
     bound : (parameters, nodes, strain, x) -> what the stable explicit step sees of it while no E11 passes `strain`;
         None takes the current tangent, which suffices for forces that change slowly
+    across : whether it acts across the cords, so that its bound and theirs do not add up
     """
 
     parameters: type
@@ -144,6 +145,7 @@ class Law:
     between: Any = None
     lossless: Callable[[Any], bool] = _always
     bound: Callable[[Any, IntArray, float, FloatArray], list[Family]] | None = None
+    across: bool = False
 
     def __post_init__(self) -> None:
         LAWS[self.parameters] = self

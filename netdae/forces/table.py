@@ -372,7 +372,9 @@ class Table:
 
 def _goes_ahead(force: Force) -> bool:
     """Whether a force is smooth in v: dashpots, which come and go, are taken at the mean velocity of a step."""
-    return not isinstance(force, ElementForce) or (force.law.external and force.law.tangent is not None)
+    return not isinstance(force, ElementForce) or (
+        force.law.external and force.law.tangent is not None and not force.law.across
+    )
 
 
 def _compiled(force: Force, column: str) -> int:

@@ -90,6 +90,29 @@ class Constant:
         return True
 
 
+@dataclass(frozen=True)
+class Clock:
+    """The time itself, as the first of three numbers."""
+
+    jumps: tuple[float, ...] = ()
+    kinks: tuple[float, ...] = ()
+
+    def __call__(self, t: float) -> FloatArray:
+        """(t, 0, 0)."""
+        return np.array([t, 0.0, 0.0])
+
+    def line(self, begin: float, end: float) -> Line:
+        """It runs."""
+        return self(begin), np.array([1.0, 0.0, 0.0])
+
+    def covers(self, begin: float, end: float) -> bool:
+        """Always."""
+        return True
+
+
+CLOCK = Clock()
+
+
 @dataclass(frozen=True, eq=False)
 class Pulse:
     """Three numbers from `begin` to `end`, zero before and after; both ends are jumps."""

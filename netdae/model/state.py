@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from netdae.core.archives import check_archive
-from netdae.core.arrays import FloatArray
+from netdae.core.arrays import FloatArray, frozen_floats
 from netdae.core.errors import InputError
 
 
@@ -39,15 +39,23 @@ class EnergyBalance:
     external_angular_impulse: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
+def _none() -> FloatArray:
+    return frozen_floats([])
+
+
 @dataclass(frozen=True, eq=False)
 class State:
-    """Positions, velocities and accelerations of all nodes at one time, with the balance up to it."""
+    """Positions, velocities and accelerations of all nodes at one time, with the balance up to it.
+
+    attitude : quaternion (w, x, y, z) of the target's principal axes, (4,); (0,) without a target
+    """
 
     t: float
     x: FloatArray
     v: FloatArray
     a: FloatArray
     balance: EnergyBalance = field(default_factory=EnergyBalance)
+    attitude: FloatArray = field(default_factory=_none)
 
     @classmethod
     def at(cls, x: ArrayLike, v: ArrayLike | None = None, *, t: float = 0.0) -> State:
@@ -65,6 +73,7 @@ class Trajectory:
     positions, velocities, accelerations : (k, n, 3)
     dissipated_energy, external_work, peak_tension : (k,); external_impulse, external_angular_impulse : (k, 3);
         see `EnergyBalance`
+    attitudes : (k, 4), quaternions of the target's principal axes, see `State`; (k, 0) without a target
     statistics : counters of the integrator (steps, residuals, setups, Newton failures, ...)
     """
 
@@ -77,6 +86,7 @@ class Trajectory:
     external_impulse: FloatArray
     peak_tension: FloatArray
     external_angular_impulse: FloatArray
+    attitudes: FloatArray
     statistics: Mapping[str, Any] = field(default_factory=dict)
 
     @classmethod
@@ -92,6 +102,7 @@ class Trajectory:
             np.array([s.balance.external_impulse for s in states]),
             np.array([s.balance.peak_tension for s in states]),
             np.array([s.balance.external_angular_impulse for s in states]),
+            np.array([s.attitude for s in states]),
             dict(statistics or {}),
         )
 
@@ -113,6 +124,7 @@ class Trajectory:
             self.velocities[index],
             self.accelerations[index],
             balance,
+            self.attitudes[index],
         )
 
     def __iter__(self) -> Iterator[State]:
@@ -139,7 +151,9 @@ class Trajectory:
         try:
             check_archive(source)
             with np.load(source) as arrays:
-                return cls(*(arrays[name] for name in _ARRAYS))
+                found = {name: arrays[name] for name in _ARRAYS if name in arrays.files}
+                # files of an earlier netdae have no target
+                return cls(**{"attitudes": np.zeros((len(found["times"]), 0)), **found})
         except (OSError, ValueError, KeyError, EOFError, TypeError, BadZipFile, zlib.error) as error:
             raise InputError(
                 f"{source} is not a trajectory of netdae, or damaged: {error}: run the scenario again"
@@ -156,4 +170,5 @@ _ARRAYS = (
     "external_impulse",
     "peak_tension",
     "external_angular_impulse",
+    "attitudes",
 )

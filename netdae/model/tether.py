@@ -26,8 +26,11 @@ NODE_GROUPS = ("tether", "chaser", "reel")
 PULLEY_DRUMS = "pulley_drums"
 """Node group of the drums of pulley cords, which never turn."""
 
-FOREIGN = (*NODE_GROUPS, "drums", PULLEY_DRUMS)
-"""Node groups of all that is attached to a net besides its own knots: the tether, and the drums of its cords."""
+PLACE, SPIN = "target", "spin of target"
+"""Node groups of a target: its centre of mass and its spin."""
+
+FOREIGN = (*NODE_GROUPS, "drums", PULLEY_DRUMS, PLACE, SPIN)
+"""Node groups of all that flies with a net besides its own knots: tether, drums of its cords, target."""
 
 CABLE_GROUPS = ("tether", "bridle")
 """Cable groups of a tether: the chain, and the legs to several nodes of the net."""

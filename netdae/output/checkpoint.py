@@ -181,7 +181,14 @@ def close_checkpoint(path: str | os.PathLike[str], history: FloatArray, *, statu
 
 def _frame_of(state: State) -> dict[str, Any]:
     balance = {name: np.array(getattr(state.balance, name)) for name in _BOOKS}
-    return {"t": np.array(state.t), "x": state.x, "v": state.v, "a": state.a, **balance}
+    return {
+        "t": np.array(state.t),
+        "x": state.x,
+        "v": state.v,
+        "a": state.a,
+        "attitude": state.attitude,
+        **balance,
+    }
 
 
 def _arrays_of(memory: Memory) -> dict[str, Any]:
@@ -196,7 +203,10 @@ def _state_of(arrays: Mapping[str, NDArray[Any]]) -> State:
     reported: dict[str, Any] = {name: arrays[name].tolist() for name in _BOOKS}
     for name in ("external_impulse", "external_angular_impulse"):
         reported[name] = tuple(reported[name])
-    return State(float(arrays["t"]), arrays["x"], arrays["v"], arrays["a"], EnergyBalance(**reported))
+    attitude = np.asarray(arrays.get("attitude", ()), dtype=np.float64)
+    return State(
+        float(arrays["t"]), arrays["x"], arrays["v"], arrays["a"], EnergyBalance(**reported), attitude
+    )
 
 
 def _read(source: Path) -> dict[str, Any]:

@@ -23,12 +23,22 @@ HISTORY = (
     "external_work",
     "momentum_residual",
     "angular_momentum_residual",
+    "contact_gap",
+    "contact_force",
+    "contact_energy",
+    "contact_dissipated",
+    "friction_dissipated",
+    "normal_impulse",
     *MEASURE_NAMES,
 )
 """Names of the histories, in SI units; see `system.measurements.MEASURE_NAMES`.
 
-..._residual of a momentum is the size of the difference between its change and the external impulse.
+contact_... to normal_impulse are as the columns of `metrics.DeploymentMetrics`. ..._residual of a momentum is the size
+of the difference between its change and the external impulse.
 """
+
+CONTACT_SUMS = ("contact_dissipated", "friction_dissipated", "normal_impulse")
+"""Histories that are sums over time."""
 
 LARGE_STRAIN = 0.5
 """E11 over which a summary warns: cords break at 0.02 to 0.1, and by a force of 1e6 N methods differ by 5 %."""
@@ -87,6 +97,23 @@ def tether_figures(h: Mapping[str, FloatArray], *, strength: float) -> dict[str,
         figures["tension_over_strength"] = time_quantile(h["time"], tension, 0.999) / strength
         figures["peak_tension_over_strength"] = float(tension[k]) / strength
     return figures
+
+
+def contact_figures(h: Mapping[str, FloatArray]) -> dict[str, Any]:
+    """Figures of contact of the histories h; names and meanings as in `manual/summary.md`."""
+    gap, force = h["contact_gap"], h["contact_force"]
+    k, j = int(gap.argmin()), int(force.argmax())
+    touching = np.flatnonzero(gap < 0.0)
+    first = {"first_contact": float(h["time"][touching[0]])} if len(touching) else {}
+    return {
+        **first,
+        "least_gap": float(gap[k]),
+        "least_gap_time": float(h["time"][k]),
+        "peak_contact_force": float(force[j]),
+        "peak_contact_force_time": float(h["time"][j]),
+        "final_contact_energy": float(h["contact_energy"][-1]),
+        **{name: float(h[name][-1]) for name in CONTACT_SUMS if not math.isnan(h[name][-1])},
+    }
 
 
 def time_below(times: FloatArray, values: FloatArray, level: float, *, strictly: bool = False) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
@@ -12,13 +13,26 @@ from netdae.core.arrays import FloatArray, IntArray
 from netdae.core.errors import InputError
 from netdae.model.mouth import corners_of, mouth_of, vector_area
 from netdae.model.state import State
-from netdae.output.histories import FINER, HISTORY, figures_of, tether_figures
+from netdae.output.histories import FINER, HISTORY, contact_figures, figures_of, tether_figures
 from netdae.output.step_log import StepLog
 from netdae.system.measurements import Cordage, Measurements
+from netdae.system.meeting import NO_TARGET, Contacts, Meeting, TargetColumns
+from netdae.system.target_state import target_at
 
 if TYPE_CHECKING:
     from netdae.model.net import CableNet
     from netdae.system.system import System
+
+CONTACT = (
+    "contact_gap",
+    "contacts",
+    "contact_force",
+    "contact_energy",
+    "contact_dissipated",
+    "friction_dissipated",
+    "normal_impulse",
+)
+"""Columns of contact with target and obstacles; see `DeploymentMetrics`."""
 
 COLUMNS = (
     "time",
@@ -48,6 +62,8 @@ COLUMNS = (
     "external_angular_impulse_y",
     "external_angular_impulse_z",
     *Cordage._fields,
+    *TargetColumns._fields,
+    *CONTACT,
 )
 """Columns of metrics.csv, SI units."""
 
@@ -59,6 +75,8 @@ class DeploymentMetrics:
         without one
     corners : name of the node group of the corners, see `mouth.corners_of`; None for none. A net without a
         mouth, without the default group or with fewer than three corners has no corner area.
+    contact_sums : whether contact is summed over time, see below; not with `explicit`, whose steps last longer than a
+        touch where they are reported
     log : file for a row of `output.histories.HISTORY` per internal step, so that these need no memory and survive a
         kill; in memory by default
 
@@ -73,6 +91,11 @@ class DeploymentMetrics:
     external_impulse, external_angular_impulse : from outside since the start, N s and N m s; momentum and angular
             momentum, of all nodes and about the origin, change by exactly these
     paid_out, ..., closing_tension : see `system.measurements.Cordage`; nan where there are none
+    target_x, ..., target_force_z : see `system.meeting.TargetColumns`; nan where there is none
+    contact_gap, contacts, contact_force, contact_energy : see `system.meeting.Contacts`, m, 1, N and J; nan where there
+        is neither target nor obstacle
+    contact_dissipated, friction_dissipated : J, since the start, the second a share of the first; and normal_impulse,
+        N s: sums by the trapezoidal rule over internal steps; nan without `contact_sums`
 
     Centre of mass and distance are those of the net's own nodes, without tether and chaser.
     """
@@ -82,16 +105,20 @@ class DeploymentMetrics:
         *,
         mouth: str | None = "border",
         corners: str | None = "corners",
+        contact_sums: bool = True,
         log: str | os.PathLike[str] | None = None,
     ) -> None:
         self.mouth = mouth
         self.corners = corners
+        self.contact_sums = contact_sums
         self.rows: list[tuple[float, ...]] = []
         self._history = StepLog(len(HISTORY), log)
 
     def kept_in(self, log: str | os.PathLike[str]) -> DeploymentMetrics:
         """The same measurements of another flight, with a log in that file."""
-        return DeploymentMetrics(mouth=self.mouth, corners=self.corners, log=log)
+        return DeploymentMetrics(
+            mouth=self.mouth, corners=self.corners, contact_sums=self.contact_sums, log=log
+        )
 
     def begin(self, system: System) -> None:
         """Find the loops; raises InputError if the mouth is not one closed loop, and says how to do without."""
@@ -113,6 +140,8 @@ class DeploymentMetrics:
         self._started = True
         self._history.reopen()
         self._history.keep(int(memory["shown"]))
+        self._sums = memory["contact_sums"]
+        self._rates = float(memory["contact_time"]), memory["contact_rates"]
 
     def memory(self) -> dict[str, FloatArray]:
         """What `resume` needs besides the log."""
@@ -122,11 +151,14 @@ class DeploymentMetrics:
             "direction": direction,
             "start_total": np.array(self._start_total),
             "start_momenta": self._start_momenta,
+            "contact_sums": self._sums,
+            "contact_time": np.array(self._rates[0]),
+            "contact_rates": self._rates[1],
         }
 
     @property
     def history(self) -> FloatArray:
-        """The histories so far, (k, 21): rows at internal steps, columns as `output.histories.HISTORY` names them."""
+        """The histories so far, (k, 27): rows at internal steps, columns as `output.histories.HISTORY` names them."""
         return self._history.rows()
 
     def _look_at(self, system: System) -> None:
@@ -135,6 +167,10 @@ class DeploymentMetrics:
         self._loop = self._mouth_loop_of(net)
         self._corner_loop = self._corner_loop_of(net)
         self._measurements = Measurements.of(system)
+        meeting = Meeting(system)
+        self._meeting = meeting if meeting.bodies else None
+        self._sums = np.full(3, 0.0 if self.contact_sums else math.nan)
+        self._rates = math.nan, np.zeros(3)
         self._has_strength = bool(np.isfinite(system.strength).any())
         self._has_toe = bool((system.toe_strain > 0).any())
 
@@ -155,8 +191,13 @@ class DeploymentMetrics:
         """Include an internal step in the summary."""
         if not self._started:
             self._start(state)
+        self._system.take(state)
         x, balance = state.x, state.balance
-        measured = self._measurements.measure(x, state.v)
+        met = self._met(state)
+        # index 2 is what contact stores
+        measured = self._measurements.measure(
+            x, state.v, t=state.t, contact_energy=None if self._meeting is None else met[2]
+        )
         momentum, turn = self._momentum_errors(state)
         self._history.append(
             (
@@ -168,6 +209,7 @@ class DeploymentMetrics:
                 balance.external_work,
                 momentum,
                 turn,
+                *met,
                 *measured,
             )
         )
@@ -177,6 +219,7 @@ class DeploymentMetrics:
         if not self._started:
             self._start(state)
         system, x, v, balance = self._system, state.x, state.v, state.balance
+        system.take(state)
         kinetic, elastic = system.kinetic_energy(v), system.elastic_energy(x)
         com = self._measurements.centre_of(x)
         total = kinetic + elastic + balance.dissipated_energy - balance.external_work
@@ -198,7 +241,15 @@ class DeploymentMetrics:
             *balance.external_impulse,
             *balance.external_angular_impulse,
             *self._measurements.cordage_at(x),
+            *NO_TARGET,
+            *[math.nan] * len(CONTACT),
         )
+        if self._meeting is not None:
+            met = self._meeting.at(state)
+            now = self._sums + self._share(state.t, met)
+            of_target = self._meeting.columns(state)
+            of_contact = (met.gap, met.touching, met.normal, met.stored, *now)
+            row = (*row[: -len(of_target) - len(CONTACT)], *of_target, *of_contact)
         return tuple(map(float, row))
 
     def table(self) -> dict[str, FloatArray]:
@@ -244,6 +295,25 @@ class DeploymentMetrics:
             **tether_figures(self._histories(), strength=strength),
         }
 
+    def target_summary(self, last: State) -> dict[str, Any]:
+        """Figures of the target at the last internal step; {} where there is none.
+
+        final_position, final_velocity : (3,), m and m/s, of its centre of mass
+        final_spin_deg_s : (3,), degrees/s, about the axes of its frame
+        """
+        if self._system.body is None:
+            return {}
+        target = target_at(self._system, last)
+        return {
+            "final_position": target.centre.tolist(),
+            "final_velocity": target.velocity.tolist(),
+            "final_spin_deg_s": np.degrees(target.spin).tolist(),
+        }
+
+    def contact_summary(self) -> dict[str, Any]:
+        """Figures of contact with target and obstacles from all internal steps; {} where there are none of these."""
+        return {} if self._meeting is None else contact_figures(self._histories())
+
     def _histories(self) -> dict[str, FloatArray]:
         if not len(self._history):
             raise RuntimeError("no internal step was watched: give the metrics to simulate() as an observer")
@@ -268,8 +338,23 @@ class DeploymentMetrics:
             return None
         return corners_of(net, self._loop, self.corners)
 
+    def _met(self, state: State) -> tuple[float, ...]:
+        """Contact at an internal step, as the history has it, with sums up to it."""
+        if self._meeting is None:
+            return (math.nan,) * 6
+        met = self._meeting.at(state)
+        self._sums = self._sums + self._share(state.t, met)
+        self._rates = state.t, _rates_of(met)
+        return (met.gap, met.normal, met.stored, *self._sums.tolist())
+
+    def _share(self, t: float, met: Contacts) -> FloatArray:
+        """What the sums have gained since: dissipated energy, friction's share, normal impulse, (3,)."""
+        since, rates = self._rates
+        return np.zeros(3) if math.isnan(since) else 0.5 * (t - since) * (rates + _rates_of(met))
+
     def _start(self, state: State) -> None:
         system, x, v, balance = self._system, state.x, state.v, state.balance
+        system.take(state)
         self._direction = self._measurements.direction_of(v)
         self._start_com = self._measurements.centre_of(x)
         self._start_momenta = self._momenta_less_impulses(state)
@@ -293,6 +378,10 @@ class DeploymentMetrics:
         if self._direction is None:
             return float(np.sqrt(way @ way))
         return float(way @ self._direction)
+
+
+def _rates_of(met: Contacts) -> FloatArray:
+    return np.array((met.dissipated, met.friction, met.normal))
 
 
 def _area_of(x: FloatArray, loop: IntArray | None) -> float:

@@ -39,12 +39,12 @@ class Recorder:
 
     def begin(self, system: System) -> None:
         """Forget the frames of a former flight."""
-        self._log = self._log_for(system.net.node_count)
+        self._log = self._log_for(system.net.node_count, 0 if system.body is None else 4)
         self._log.clear()
 
     def resume(self, system: System, memory: Mapping[str, Any]) -> None:
         """Keep the frames that the flight has yielded; raises InputError where they are missing."""
-        log = self._log_for(system.net.node_count)
+        log = self._log_for(system.net.node_count, 0 if system.body is None else 4)
         if log.path is not None and self.path is not None:
             if log.path.exists():
                 log.reopen()
@@ -56,7 +56,7 @@ class Recorder:
     def __call__(self, state: State) -> None:
         """Keep a State."""
         if self._log is None:
-            self._log = self._log_for(len(state.x))
+            self._log = self._log_for(len(state.x), len(state.attitude))
             self._log.clear()
         self._log.append(_row_of(state))
         self._log.flush()
@@ -80,9 +80,9 @@ class Recorder:
             raise RunError(f"{self.path} could not be written: {reason_of(error)}") from error
         self._log = None
 
-    def _log_for(self, nodes: int) -> StepLog:
+    def _log_for(self, nodes: int, attitude: int) -> StepLog:
         path = None if self.path is None else self.path.with_suffix(".log")
-        return StepLog(_PLACES + 9 * nodes, path)
+        return StepLog(_PLACES + 9 * nodes + attitude, path)
 
 
 _PLACES = 10  # of time and balance, before x, v and a
@@ -95,6 +95,7 @@ def _row_of(state: State) -> FloatArray:
             (state.t, balance.dissipated_energy, balance.external_work, balance.peak_tension),
             (*balance.external_impulse, *balance.external_angular_impulse),
             *(array.ravel() for array in (state.x, state.v, state.a)),
+            state.attitude,
         )
     )
 
@@ -104,7 +105,7 @@ def _rows_of(trajectory: Trajectory) -> FloatArray:
 
 
 def _trajectory_of(rows: FloatArray) -> Trajectory:
-    """Trajectory of the rows (k, 10 + 9 n): views, so that rows on disk stay there."""
+    """Trajectory of the rows (k, 10 + 9 n), or 4 more with a target: views, so that rows on disk stay there."""
     nodes = (rows.shape[1] - _PLACES) // 9
     x, v, a = (
         rows[:, _PLACES + 3 * nodes * k : _PLACES + 3 * nodes * (k + 1)].reshape(-1, nodes, 3)
@@ -120,4 +121,5 @@ def _trajectory_of(rows: FloatArray) -> Trajectory:
         peak_tension=rows[:, 3].copy(),
         external_impulse=rows[:, 4:7].copy(),
         external_angular_impulse=rows[:, 7:10].copy(),
+        attitudes=rows[:, _PLACES + 9 * nodes :].copy(),
     )

@@ -2,13 +2,14 @@
 
 Points are x; point data displacement (x − x̄, m), velocity (m/s), acceleration (m/s²), mass (kg); cell data
 strain (E11), stress (S11, Pa), tension (N), taut (uint8); groups are uint8 arrays group_<name>. Point data
-restrained (uint8) is how many axes of a node are held or driven in the frame; frames of former versions lack it.
+restrained (uint8) is how many axes of a node are held or driven in the frame; frames of former versions lack it. With
+a target or obstacles there are also contact_force (N, of these on the node) and contact_gap (m, to the nearest of them,
+less the radius of the node's cords).
 """
 
 from __future__ import annotations
 
 import re
-import xml.etree.ElementTree as ET
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,10 +19,12 @@ import pyvista as pv
 from pyvista.core.utilities.writer import XMLUnstructuredGridWriter
 
 from netdae.core.arrays import IntArray
-from netdae.core.errors import InputError, RunError
-from netdae.core.files import reason_of, write_whole
+from netdae.core.errors import InputError
+from netdae.core.files import reason_of
 from netdae.model.net import CableNet
 from netdae.model.state import State
+from netdae.output.pvd import PvdSeries
+from netdae.system.meeting import Meeting
 
 if TYPE_CHECKING:
     import os
@@ -36,16 +39,6 @@ RESTRAINED = "restrained"
 CELL_DATA = ("strain", "stress", "tension", "taut")
 """Cell arrays of every frame."""
 
-_FRAME_FILE = re.compile(r"frame_(\d{6,})\.vtu(\.part)?")
-_HEAD = b"""<?xml version="1.0"?>
-<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">
-<Collection>
-"""
-_TAIL = b"""</Collection>
-</VTKFile>
-"""
-_EVERY_FRAME_UP_TO = 1000
-
 
 class VtuSeries:
     """Observer that writes each frame as a .vtu file and names it in a .pvd file.
@@ -55,10 +48,8 @@ class VtuSeries:
     fired : returns at each frame the times of the events that have happened, by name; for restraints that begin or end
         at events, for instance `lambda: detector.fired` of an `EventDetector`
 
-    Every file gets its name when it is complete, the .pvd after the frame: at any moment, also after a kill,
-    it names only complete frames. A former series at the same place is replaced. The .pvd is rewritten at
-    every frame up to 1000, then each time it has grown by a thousandth (the cost per frame does not grow), and
-    at the end. Raises InputError where nothing can be written, RunError when a frame cannot be.
+    A former series at the same place is replaced; see `pvd` for when files get their names. Raises InputError where
+    nothing can be written, RunError when a frame cannot be.
     """
 
     def __init__(
@@ -68,67 +59,43 @@ class VtuSeries:
         groups: bool = True,
         fired: Callable[[], Mapping[str, float]] = dict,
     ) -> None:
-        self.path = Path(path)
         self.groups = groups
         self.fired = fired
-        self.frame_count = 0
-        self._named = 0
-        self._entries = bytearray()
+        self._files = PvdSeries(path)
         self._system: System | None = None
-        if self.path.suffix != ".pvd":
-            raise InputError(f"{self.path} is not a series: give a file that ends in .pvd")
+
+    @property
+    def path(self) -> Path:
+        """The .pvd file."""
+        return self._files.path
+
+    @property
+    def frame_count(self) -> int:
+        """How many frames are written."""
+        return self._files.frame_count
 
     def begin(self, system: System) -> None:
         """Clear a former series, write one without frames, and make the grid."""
         self._make_grid(system)
-        self.frame_count = self._named = 0
-        self._entries.clear()
-        try:
-            self._folder.mkdir(parents=True, exist_ok=True)
-            self._name_frames()
-            self._clear_from(0)
-        except OSError as error:
-            raise InputError(
-                f"{self.path} cannot be written: {reason_of(error)}: choose another output folder"
-            ) from error
+        self._files.begin()
 
     def resume(self, system: System, memory: Mapping[str, Any]) -> None:
         """Keep the frames that the flight has yielded, remove later ones; raises InputError where one is missing."""
         self._make_grid(system)
         # VTK writes the first frame of a writer differently from later ones: let that be none of the flight's
         self._frame(State.at(system.net.nodes))
-        count = int(memory["frames"])
-        times = [t for t, _ in read_series(self.path)][:count]
-        for number in range(count):
-            file = self.path.parent / _name_of(number)
-            if not file.is_file():
-                raise InputError(f"{file} is missing: the series cannot be gone on from without it")
-            if number >= len(times):  # killed before the .pvd named it
-                times.append(float(read_frame(file).field_data["TimeValue"][0]))
-        self.frame_count = count
-        self._entries[:] = b"".join(_entry_of(number, t) for number, t in enumerate(times))
-        try:
-            self._name_frames()
-            self._clear_from(count)
-        except OSError as error:
-            raise InputError(f"{self.path} cannot be gone on from: {reason_of(error)}") from error
-
-    @property
-    def _folder(self) -> Path:
-        return self.path.parent / "frames"
-
-    def _clear_from(self, number: int) -> None:
-        """Remove the frames from that number on, and what a kill left of one."""
-        for file in self._folder.iterdir():
-            found = _FRAME_FILE.fullmatch(file.name)
-            if found and (found[2] or int(found[1]) >= number):
-                file.unlink()
+        self._files.resume(int(memory["frames"]), _time_of)
 
     def _make_grid(self, system: System) -> None:
         self._system = system
-        self._places = np.flatnonzero(system.in_space)
+        shown = system.in_space.copy()
+        if system.body is not None:
+            shown[system.body.place] = False  # it has a series of its own
+        self._places = np.flatnonzero(shown)
         self._grid = grid_of(system.net, groups=self.groups, nodes=self._places)
         self._grid.point_data["mass"] = system.mass[self._places]
+        meeting = Meeting(system)
+        self._meeting = meeting if meeting.bodies else None
         self._holding: tuple[Restraint, ...] = ()
         self._grid.point_data[RESTRAINED] = np.zeros(len(self._places), dtype=np.uint8)
         self._writer = XMLUnstructuredGridWriter("", self._grid).writer
@@ -139,33 +106,11 @@ class VtuSeries:
 
     def __call__(self, state: State) -> None:
         """Write the frame of a State."""
-        name = _name_of(self.frame_count)
-        try:
-            write_whole(self.path.parent / name, self._frame(state))
-            self._entries += _entry_of(self.frame_count, state.t)
-            self.frame_count += 1
-            if self.frame_count - self._named > self._named // _EVERY_FRAME_UP_TO:
-                self._name_frames()
-        except OSError as error:
-            raise RunError(
-                f"{name} at t = {state.t:g} s could not be written beside {self.path}: {reason_of(error)}; "
-                f"complete frames so far: {self._named}"
-            ) from error
+        self._files.add(state.t, self._frame(state))
 
     def end(self) -> None:
         """Name the frames that the .pvd does not name yet."""
-        if self._named < self.frame_count:
-            try:
-                self._name_frames()
-            except OSError as error:
-                raise RunError(
-                    f"{self.path} could not be written: {reason_of(error)}; it names {self._named} frames, "
-                    "later ones are in the folder beside it"
-                ) from error
-
-    def _name_frames(self) -> None:
-        write_whole(self.path, _HEAD + self._entries + _TAIL)
-        self._named = self.frame_count
+        self._files.end()
 
     def _frame(self, state: State) -> bytes:
         system, grid = self._system, self._grid
@@ -177,6 +122,9 @@ class VtuSeries:
         grid.point_data["displacement"] = x - system.net.nodes[places]
         grid.point_data["velocity"] = state.v[places]
         grid.point_data["acceleration"] = state.a[places]
+        if self._meeting is not None:
+            grid.point_data["contact_force"] = self._meeting.forces(state)[places]
+            grid.point_data["contact_gap"] = self._meeting.gaps(state)[places]
         self._hold(system, state.t)
         grid.cell_data["strain"] = strain
         grid.cell_data["stress"] = system.stress(state.x)
@@ -202,12 +150,8 @@ class VtuSeries:
         self._holding = holding
 
 
-def _name_of(number: int) -> str:
-    return f"frames/frame_{number:06d}.vtu"
-
-
-def _entry_of(number: int, t: float) -> bytes:
-    return f'  <DataSet timestep="{float(t)!r}" part="0" file="{_name_of(number)}"/>\n'.encode()
+def _time_of(frame: Path) -> float:
+    return float(read_frame(frame).field_data["TimeValue"][0])
 
 
 def grid_of(net: CableNet, *, groups: bool = True, nodes: IntArray | None = None) -> pv.UnstructuredGrid:
@@ -230,28 +174,6 @@ def _add_groups(data: Any, groups: Any, shown: IntArray) -> None:
         mask = np.isin(shown, members).astype(np.uint8)
         if name != "all" and mask.any():
             data["group_" + re.sub(r"[^\w.+-]", "_", name)] = mask  # VTK writes names unescaped into its XML
-
-
-def read_series(path: str | os.PathLike[str]) -> list[tuple[float, Path]]:
-    """Times, s, and frame files that a .pvd file names, in its order.
-
-    Raises InputError for a file that is not there or is not a .pvd.
-    """
-    source = Path(path)
-    try:
-        root = ET.parse(source).getroot()
-        if root.tag != "VTKFile" or root.get("type") != "Collection":
-            raise ValueError("it holds no collection of frames")
-        entries = root.iter("DataSet")
-        return [(float(each.attrib["timestep"]), source.parent / each.attrib["file"]) for each in entries]
-    except OSError as error:
-        raise InputError(
-            f"{source} cannot be read: {reason_of(error)}: give the series.pvd of an output folder"
-        ) from error
-    except (ET.ParseError, ValueError, KeyError) as error:
-        raise InputError(
-            f"{source} is not a .pvd series: {error}: give the series.pvd of an output folder"
-        ) from error
 
 
 def read_frame(path: str | os.PathLike[str]) -> pv.UnstructuredGrid:

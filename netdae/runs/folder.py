@@ -27,16 +27,17 @@ from netdae.scenario.simulation import Simulation
 from netdae.solvers.flight import begun, show, watches_of
 
 SERIES, METRICS, TRAJECTORY = "series.pvd", "metrics.csv", "trajectory.npz"
+TARGET = "target.pvd"
 CHECKPOINT, SUMMARY, SCENARIO = "checkpoint.npz", "summary.json", "scenario.toml"
 LOGS = FRAMES_LOG, STEPS_LOG = "trajectory.log", "steps.log"
 """Of frames and of internal steps: in the folder while a run is under way, and after a kill."""
 LOCK = "run.lock"
 FINISHED = "finished"
 """Status of a run that has come to its end."""
-FILES = (SERIES, METRICS, TRAJECTORY, CHECKPOINT, SUMMARY, SCENARIO, *LOGS)
+FILES = (SERIES, TARGET, METRICS, TRAJECTORY, CHECKPOINT, SUMMARY, SCENARIO, *LOGS)
 """Files of a run, besides the folder `frames`."""
 
-_FRAME = re.compile(r"frame_\d{6,}\.vtu(\.part)?")
+_FRAME = re.compile(r"(frame_\d{6,}\.vtu|target_\d{6,}\.vtp)(\.part)?")
 _MEMBER = re.compile(r"member_\d{3,}")
 
 
@@ -194,6 +195,10 @@ class RunFolder:
             detector = simulation.events
             fired = dict if detector is None else lambda: detector.fired
             series.append(VtuSeries(self.path / SERIES, fired=fired))
+            if simulation.system.body is not None:
+                from netdae.output.target_series import TargetSeries
+
+                series.append(TargetSeries(self.path / TARGET))
         return [
             simulation.metrics,
             MetricsCsv(self.path / METRICS, simulation.metrics),

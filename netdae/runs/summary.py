@@ -82,6 +82,8 @@ def summary_of(
         "ejection": _ejection(simulation),
         "deployment": figures,
         "tether": {} if last is None else simulation.metrics.tether_summary(last),
+        "target": {} if last is None else simulation.metrics.target_summary(last),
+        "contact": {} if last is None else simulation.metrics.contact_summary(),
         "restraints": [] if last is None else _reactions(simulation, last, fired),
         "impulses": [{"time": t, "impulse": list(map(float, impulse))} for t, impulse in impulses],
         "events": [] if simulation.events is None else simulation.events.records,
@@ -106,7 +108,7 @@ def net_figures(system: System) -> dict[str, Any]:
     without = system.spatial_mass.copy()
     np.subtract.at(without, net.cables[tether], 0.5 * cord_mass[tether, None])
     result = {
-        "nodes": net.node_count,
+        "nodes": net.node_count - (0 if system.body is None else 2),
         "cables": net.cable_count,
         "mass": float(without[own_nodes_of(net)].sum()),
         "cable_mass": float(cord_mass.sum() - cord_mass[tether].sum()),

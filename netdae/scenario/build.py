@@ -8,6 +8,8 @@ from itertools import repeat
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
 from netdae.core.arrays import FloatArray
 from netdae.core.errors import InputError, ScenarioError
 from netdae.forces.loads import Load
@@ -16,6 +18,7 @@ from netdae.initial.ejection import Launch
 from netdae.model.material import Cords, Material
 from netdae.model.net import CableNet
 from netdae.model.state import State
+from netdae.model.target import Obstacle, Target
 from netdae.scenario.closing import closing_options, closings_of, overpowered
 from netdae.scenario.damping import damping_of
 from netdae.scenario.equilibrium import at_rest
@@ -24,8 +27,10 @@ from netdae.scenario.initial import start_of
 from netdae.scenario.loads import loads_of
 from netdae.scenario.masses import masses_of
 from netdae.scenario.material import materials_of, prestressed_of
+from netdae.scenario.meeting import check_apart
 from netdae.scenario.metrics import metrics_of, mouth_note
 from netdae.scenario.nets import net_of
+from netdae.scenario.obstacles import obstacles_of
 from netdae.scenario.orbit import orbit_load_of
 from netdae.scenario.output import times_of
 from netdae.scenario.plausibility import unusual_of
@@ -43,6 +48,7 @@ from netdae.scenario.restraints import (
 from netdae.scenario.schema import ScenarioData
 from netdae.scenario.simulation import Simulation
 from netdae.scenario.solver import options_of
+from netdae.scenario.target import target_of
 from netdae.scenario.tether import net_with_tether
 from netdae.system.closing import Closing, accuracy_reported, sharp_enough
 from netdae.system.closing_assembly import Closed, with_closings
@@ -62,6 +68,8 @@ class _Parts(NamedTuple):
     masses: dict[str, float]
     loads: list[Load]
     damping: Damping
+    target: Target | None
+    obstacles: tuple[Obstacle, ...]
 
 
 class Build:
@@ -96,6 +104,9 @@ class Build:
             whole = with_closings(tied.net, tied.start, closings)
         with section("pulleys"):
             strung = with_pulleys(whole.net, whole.start, pulleys_of(data.pulleys, tied.net, section))
+        size = float(np.ptp(net.nodes, axis=0).max())
+        target = target_of(data.target, self._folder, size, section)
+        obstacles = obstacles_of(data.obstacles, self._folder, size, section)
         parts = _Parts(
             tied,
             whole,
@@ -109,11 +120,14 @@ class Build:
             {**masses, **tied.masses},
             self._loads(tied.net, tied.start.x),
             self._damping(),
+            target,
+            obstacles,
         )
         x, v, found = strung.start.x, strung.start.v.copy(), start.findings
         if data.initial.shape == "equilibrium":
             with section("initial", key="shape"):
-                rest = at_rest(self._system(parts, self._given(parts, start.launch)), x, begin)
+                alone = parts._replace(target=None)
+                rest = at_rest(self._system(alone, self._given(parts, start.launch)), x, begin)
             x, own_count = rest.x, start.net.node_count
             start = start_of(data.initial, net, masses, section, cords=cords, rest=x[:own_count])
             v[:own_count], found = start.state.v, rest.findings
@@ -123,11 +137,15 @@ class Build:
         late = late_findings(given, begin, end, section)
         check_restraints(given, strung.net, state, section)
         system = self._system(parts, given)
+        check_apart(target, obstacles, system, state, section)
+        state = system.whole(state)
         if data.initial.disturbance > 0:
             kept = system.restrained | ~system.in_space[:, None]
+            if system.body is not None:
+                kept[system.body.place] = True
             state = disturbed(state, data.initial.disturbance, data.initial.disturbance_seed, kept)
         with section("metrics"):
-            metrics = metrics_of(data.metrics, system)
+            metrics = metrics_of(data.metrics, system, contact_sums=self._solver.method != "explicit")
         with section("solver"):
             options = options_of(self._solver)
         options = closing_options(options, self._solver, closings)
@@ -213,6 +231,8 @@ class Build:
                 loads=parts.loads,
                 restraints=[each.restraint for each in given],
                 reels=(*parts.tied.reels, *parts.whole.reels, *parts.strung.reels),
+                target=parts.target,
+                obstacles=parts.obstacles,
                 forces=parts.whole.forces,
             )
 

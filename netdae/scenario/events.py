@@ -106,6 +106,10 @@ def needs_met(
         has |= {"tether", "chaser"}
     if (system.strength < math.inf).any():
         has.add("strength")
+    if system.body is not None:
+        has |= {"target", "contact"}
+    if system.obstacles:
+        has.add("contact")
     if any(entry.begin is None for entry in closing):
         has.add("closing")
     return has

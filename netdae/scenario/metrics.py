@@ -26,8 +26,10 @@ class Metrics(Section):
     )
 
 
-def metrics_of(chosen: Metrics, system: System) -> DeploymentMetrics:
+def metrics_of(chosen: Metrics, system: System, *, contact_sums: bool = True) -> DeploymentMetrics:
     """Mouth and corners as chosen, or border and corners where the net has them; begun with the system.
+
+    contact_sums : see `DeploymentMetrics`
 
     Raises InputError for an unknown group, and for a mouth that is no closed loop.
     """
@@ -35,7 +37,9 @@ def metrics_of(chosen: Metrics, system: System) -> DeploymentMetrics:
     mouth = chosen.mouth or ("border" if "border" in {*net.node_groups, *net.cable_groups} else NONE)
     corners = chosen.corners or ("corners" if "corners" in net.node_groups else NONE)
     metrics = DeploymentMetrics(
-        mouth=None if mouth == NONE else mouth, corners=None if corners == NONE else corners
+        mouth=None if mouth == NONE else mouth,
+        corners=None if corners == NONE else corners,
+        contact_sums=contact_sums,
     )
     if mouth != NONE:
         check_group({**net.node_groups, **net.cable_groups}, mouth, "node")

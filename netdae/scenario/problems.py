@@ -20,7 +20,18 @@ Place = Sequence[int | str]
 InSection = Callable[..., AbstractContextManager[None]]
 """Called with a section's name, and number, it reports errors by them."""
 
-ARRAYS = ("material", "masses", "restraints", "initial.ejection", "loads", "events", "closing", "pulleys")
+ARRAYS = (
+    "material",
+    "masses",
+    "restraints",
+    "initial.ejection",
+    "loads",
+    "events",
+    "closing",
+    "pulleys",
+    "target.parts",
+    "obstacles",
+)
 """Sections that may stand several times, in double brackets."""
 
 _EXPECTED = {
@@ -99,7 +110,7 @@ def _section_of(place: Place) -> tuple[str, list[int | str]]:
     """Header of the section that a place lies in, with its number where it has one, and the keys inside."""
     keys = list(place)
     name = str(keys.pop(0))
-    if name == "initial" and keys and keys[0] == "ejection":
+    if keys and f"{name}.{keys[0]}" in ARRAYS:
         name = f"{name}.{keys.pop(0)}"
     if name not in ARRAYS:
         return f"[{name}]", keys
@@ -197,7 +208,7 @@ def section_in_words(name: str, number: int | None = None) -> str:
 def bare(error: InputError) -> str:
     """The message without the kind of thing in front, where section or file say it already."""
     return re.sub(
-        r"^(material|dashpot|rayleigh|table|motion|pulse|spin|tether|reel|closing|pulleys|rings): ",
+        r"^(material|dashpot|rayleigh|table|motion|pulse|spin|tether|reel|closing|pulleys|rings|target|contact): ",
         "",
         str(error),
     )

@@ -50,11 +50,13 @@ class Scenario:
 
     @property
     def has_spread(self) -> bool:
-        """Whether errors of the ejection are drawn."""
-        return any(spread_of(shot.spread).draws for shot in self.data.initial.ejection)
+        """Whether errors of the ejection or of the target are drawn."""
+        target = self.data.target
+        of_target = target is not None and target.spread is not None and target.spread.draws
+        return of_target or any(spread_of(shot.spread).draws for shot in self.data.initial.ejection)
 
     def scattered(self, member: int) -> Scenario:
-        """The same scenario, with the errors of the ejection as a member of an ensemble draws them."""
+        """The same scenario, with the errors of ejection and target as a member of an ensemble draws them."""
         initial = self.data.initial
         shots = [
             shot
@@ -63,7 +65,11 @@ class Scenario:
             for shot in initial.ejection
         ]
         scattered = initial.model_copy(update={"ejection": shots})
-        return replace(self, data=self.data.model_copy(update={"initial": scattered}))
+        target = self.data.target
+        if target is not None and target.spread is not None:
+            spread = target.spread.model_copy(update={"member": member})
+            target = target.model_copy(update={"spread": spread})
+        return replace(self, data=self.data.model_copy(update={"initial": scattered, "target": target}))
 
     def build(self) -> Simulation:
         """Read meshes and tables, and make all ready; raises InputError for what cannot fly."""

@@ -17,12 +17,14 @@ from netdae.scenario.masses import Mass
 from netdae.scenario.material import Cord
 from netdae.scenario.metrics import Metrics
 from netdae.scenario.nets import Net
+from netdae.scenario.obstacles import ObstacleEntry
 from netdae.scenario.orbit import OrbitEntry
 from netdae.scenario.output import Output
 from netdae.scenario.pulleys import PulleyCordEntry
 from netdae.scenario.restraints import Hold
 from netdae.scenario.section import Section
 from netdae.scenario.solver import Solver
+from netdae.scenario.target import TargetEntry
 from netdae.scenario.tether import TetherEntry
 
 
@@ -43,6 +45,8 @@ class ScenarioData(Section):
     tether: TetherEntry | None = Field(None, description="The cord to the chaser.")
     closing: list[ClosingEntry] = Field([], description="Winches and drawcords that close the net.")
     pulleys: list[PulleyCordEntry] = Field([], description="Cords of constant length through rings.")
+    target: TargetEntry | None = Field(None, description="The rigid body that the net meets.")
+    obstacles: list[ObstacleEntry] = Field([], description="Fixed bodies, such as a floor.")
     events: list[EventEntry] = Field([], description="Instants that are looked for, and what is done then.")
     solver: Solver = Field(description="The time integration.")
     output: Output = Field(Output(), description="What is written.")

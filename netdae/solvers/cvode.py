@@ -16,7 +16,7 @@ from netdae.model.restraints import Drive
 from netdae.solvers.ida.quiet import quiet
 from netdae.solvers.options import SolverOptions
 from netdae.solvers.scipy_methods import FirstOrder
-from netdae.solvers.stepper import Scan, Step
+from netdae.solvers.stepper import Scan, Step, longest_step_of
 from netdae.system.system import System
 
 FAMILIES = {"cvode_bdf": "BDF", "cvode_adams": "Adams"}
@@ -40,7 +40,7 @@ class CvodeSolver:
             rtol=rtol,
             atol=atol.ravel(),
             linsolver="gmres",
-            max_step=options.max_step or 0.0,
+            max_step=longest_step_of(system, options),
         )
         self._t = 0.0
         self.every_step = True
@@ -72,11 +72,13 @@ class CvodeSolver:
         self._t = step.t
         self.counts["steps"] += 1
         self.seconds["steps"] += perf_counter() - begin
-        return [step]
+        body = self._problem.phase.body
+        return [step if body is None else step._replace(attitude=body.advance(step.t, *step.y))]
 
     def output(self, t: float) -> Step:
         """The state inside the last step, from CVODE's own polynomial."""
-        return self._advance(t, "normal", None)
+        inner, body = self._advance(t, "normal", None), self._problem.phase.body
+        return inner if body is None else inner._replace(attitude=body.attitude_at(t, *inner.y))
 
     def memory(self) -> dict[str, FloatArray]:
         """Nothing: a resumed flight starts this integrator afresh."""

@@ -64,7 +64,10 @@ class Integration:
         system.check_covers(begin, end)
         self._solver = _stepper_of(self._system, self._drive, options)
         self._running: RunningBalance | None = None
-        self._now = _read_only(State(start.t, start.x.copy(), start.v.copy(), start.a.copy(), start.balance))
+        self._now = _read_only(
+            State(start.t, start.x.copy(), start.v.copy(), start.a.copy(), start.balance, start.attitude)
+        )
+        system.take(self._now)
         self._balance = start.balance
         self._part = self._system
         self._outputs = deque(map(float, times[1:]))
@@ -158,7 +161,7 @@ class Integration:
     def _take_snapshot(self, *, stopped: bool = False) -> None:
         now = self._now
         self._snapshot = Snapshot(
-            State(now.t, now.x, now.v, now.a, self._balance),
+            State(now.t, now.x, now.v, now.a, self._balance, now.attitude),
             self._stage,
             self._phase,
             self._frame,
@@ -198,6 +201,7 @@ class Integration:
             phase = phase.holding(self._system.active)
             self._running = RunningBalance(phase, self._drive, self._now, peak=self._balance.peak_tension)
         state = self._now
+        self._whole.take(state)
         self._solver.enter(phase, state.t, np.stack((state.x, state.v)), np.stack((state.v, state.a)))
         if self._frames == 0:
             if self._events is not None:
@@ -231,9 +235,10 @@ class Integration:
         x_d, v_d, a_d = self._drive.at(inside)
         held = self._drive.mask
         x, v = np.where(held, x_d, x), np.where(held, v_d, v)
-        self._now = _read_only(State(t, x, v, phase.acceleration(t, x, v, a_d)))
+        attitude = self._now.attitude
+        self._now = _read_only(State(t, x, v, phase.acceleration(t, x, v, a_d), EnergyBalance(), attitude))
         if self._running is None:
-            first = State(t, x, v, self._now.a, self._balance)
+            first = State(t, x, v, self._now.a, self._balance, attitude)
             self._running = RunningBalance(phase, self._drive, first)
         else:
             impulse = self._running.enter(phase, self._drive, self._now)
@@ -318,7 +323,7 @@ class Integration:
         """The running step, cut at t."""
         if t <= self._now.t:
             now = self._now
-            return now, Step(now.t, np.stack((now.x, now.v)), np.stack((now.v, now.a)))
+            return now, Step(now.t, np.stack((now.x, now.v)), np.stack((now.v, now.a)), None, now.attitude)
         step = self._solver.output(t)
         return self._state(step), step
 
@@ -331,7 +336,8 @@ class Integration:
         if held.any():  # IDA's yp is a difference quotient there, and its y between steps a polynomial
             x_d, v_d, a_d = self._drive.at(self._part.inside(step.t))
             x, v, a = np.where(held, x_d, x), np.where(held, v_d, v), np.where(held, a_d, a)
-        return _read_only(State(step.t, x, v, a))
+        attitude = self._now.attitude if step.attitude is None else step.attitude
+        return _read_only(State(step.t, x, v, a, EnergyBalance(), attitude))
 
     @property
     def _running_balance(self) -> RunningBalance:
@@ -340,19 +346,23 @@ class Integration:
 
     def _as_frame(self, state: State) -> State:
         self._frames, self._frame = self._frames + 1, state.t
-        return State(state.t, state.x, state.v, state.a, self._running_balance.reported())
+        self._whole.take(state)
+        balance = self._running_balance.reported()
+        return State(state.t, state.x, state.v, state.a, balance, state.attitude)
 
     def _frame_of(self, state: State, balance: EnergyBalance) -> Iterator[State]:
         """The frame, unless the resumed flight has already yielded it."""
         self._frame = state.t
         if state.t > self._swallowed_until:
             self._frames += 1
-            yield State(state.t, state.x, state.v, state.a, balance)
+            self._whole.take(state)
+            yield State(state.t, state.x, state.v, state.a, balance, state.attitude)
 
     def _show(self) -> None:
         begin = perf_counter()
         now = self._now
-        reported = State(now.t, now.x, now.v, now.a, self._balance)
+        self._whole.take(now)
+        reported = State(now.t, now.x, now.v, now.a, self._balance, now.attitude)
         self._shown += 1
         for watch in self._watch:
             watch(reported)
@@ -416,6 +426,7 @@ def integrate(
         raise InputError(
             f"times: they begin at {instants[0]:g} s, but the start is at {start.t:g} s: let them agree"
         )
+    start = system.whole(start)
     for name, values in (("x", start.x), ("v", start.v)):
         if values.shape != (system.net.node_count, 3):
             raise InputError(

@@ -111,7 +111,11 @@ class IvpSolver:
             method = self._options.method
             rate = self._problem.finite_rate if method == "lsoda" else self._problem.rate
             self._solver = SOLVERS[method](rate, t, y, stop, **self._settings)
-        solver = self._solver
+        solver, body = self._solver, self._problem.phase.body
+        if body is not None:
+            solver.max_step = min(
+                self._settings["max_step"], body.longest_step(solver.y.reshape(self._shape)[1])
+            )
         evaluations, setups = solver.nfev, solver.njev
         message = solver.step()
         if message is not None:
@@ -123,11 +127,13 @@ class IvpSolver:
         self.counts["residuals"] += solver.nfev - evaluations
         self.counts["setups"] += solver.njev - setups
         self.seconds["steps"] += perf_counter() - begin
-        return [self._reported(solver.t, solver.y)]
+        step = self._reported(solver.t, solver.y)
+        return [step if body is None else step._replace(attitude=body.advance(step.t, *step.y))]
 
     def output(self, t: float) -> Step:
         """The state inside the last step, by the method's own polynomial."""
-        return self._reported(t, self._solver.dense_output()(t))
+        inner, body = self._reported(t, self._solver.dense_output()(t)), self._problem.phase.body
+        return inner if body is None else inner._replace(attitude=body.attitude_at(t, *inner.y))
 
     def memory(self) -> dict[str, FloatArray]:
         """Nothing: a resumed flight starts this integrator afresh."""

@@ -56,6 +56,7 @@ class Snapshot(NamedTuple):
             "x": state.x,
             "v": state.v,
             "a": state.a,
+            "attitude": state.attitude,
             "anchor": anchor,
             "balance": np.array([balance.dissipated_energy, balance.external_work, balance.peak_tension]),
             "impulse": np.array([balance.external_impulse, balance.external_angular_impulse]),
@@ -79,7 +80,7 @@ class Snapshot(NamedTuple):
         balance = EnergyBalance(dissipated, work, impulse, peak, angular)
         x, v, a = (np.array(memory[name]) for name in "xva")
         return cls(
-            State(float(memory["t"]), x, v, a, balance),
+            State(float(memory["t"]), x, v, a, balance, np.array(memory.get("attitude", ()))),
             float(memory["stage"]),
             float(memory["phase"]),
             float(memory["frame_before"]),

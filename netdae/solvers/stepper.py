@@ -12,6 +12,8 @@ from typing import ClassVar, NamedTuple, Protocol
 import numpy as np
 
 from netdae.core.arrays import FloatArray, frozen_floats
+from netdae.model.state import State
+from netdae.solvers.options import SolverOptions
 from netdae.system.system import System
 
 _ZERO = frozen_floats(np.zeros(3))
@@ -42,6 +44,15 @@ class Step(NamedTuple):
     y: FloatArray
     yp: FloatArray
     share: Share | None = None
+    attitude: FloatArray | None = None  # (4,), of a target, see `State`
+
+
+def longest_step_of(system: System, options: SolverOptions) -> float:
+    """`max_step` in s, or less where a target's spin at the start requires it; 0 for no limit."""
+    body = system.body
+    spin = np.inf if body is None else body.longest_step(body.whole(State.at(np.zeros((body.place, 3)))).v)
+    longest = min(options.max_step or np.inf, spin)
+    return longest if np.isfinite(longest) else 0.0
 
 
 class Stepper(Protocol):

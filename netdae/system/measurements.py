@@ -10,8 +10,10 @@ from numba import njit
 
 from netdae.core.arrays import BoolArray, FloatArray, IntArray, frozen_ints
 from netdae.forces.cables import law_of, own_strain_of, strain_of
+from netdae.forces.elements import ElementForce
 from netdae.model.tether import own_nodes_of
 from netdae.system.closing_assembly import CABLES, DRUMS
+from netdae.system.net_forces import NetForces, stores_energy
 
 if TYPE_CHECKING:
     from netdae.system.system import System
@@ -63,11 +65,13 @@ class Measurements:
 
     own_mass : (n,), kg, of the net's own nodes: without tether, chaser and reels
     tether : (m,), True at the cables of the tether, without the legs of a bridle
+    others : what stores energy besides cables and contact; None where nothing does
     """
 
     system: System
     own_mass: FloatArray
     tether: BoolArray
+    others: NetForces | None = None
 
     @classmethod
     def of(cls, system: System) -> Measurements:
@@ -77,7 +81,17 @@ class Measurements:
         own[nodes] = system.spatial_mass[nodes]
         tether = np.zeros(system.net.cable_count, dtype=np.bool_)
         tether[system.net.cable_groups.get("tether", _NONE)] = True
-        return cls(system, own if own.sum() > 0 else system.spatial_mass, tether)
+        others = [
+            force
+            for force in system.forces[1:]
+            if stores_energy(force) and not (isinstance(force, ElementForce) and force.law.across)
+        ]
+        return cls(
+            system,
+            own if own.sum() > 0 else system.spatial_mass,
+            tether,
+            NetForces.of(others, system.in_space) if others else None,
+        )
 
     def centre_of(self, x: FloatArray) -> FloatArray:
         """Centre of mass of the net's own nodes, (3,), m."""
@@ -123,8 +137,13 @@ class Measurements:
         moving = size > 1e-9 * float(self.own_mass @ np.linalg.norm(v, axis=1))
         return momentum / size if moving else None
 
-    def measure(self, x: FloatArray, v: FloatArray) -> tuple[float, ...]:
-        """The measurements named in `MEASURE_NAMES`."""
+    def measure(
+        self, x: FloatArray, v: FloatArray, *, t: float = 0.0, contact_energy: float | None = None
+    ) -> tuple[float, ...]:
+        """The measurements named in `MEASURE_NAMES`.
+
+        contact_energy : J, stored in contact, where it is known
+        """
         system = self.system
         cables = system.cables_at(x)
         measured = _measured(
@@ -140,9 +159,13 @@ class Measurements:
             system.strength,
             self.tether,
         )
-        if not system.stores_elsewhere:
-            return measured
-        return (measured[0], system.elastic_energy(x), *measured[2:])
+        if contact_energy is None:
+            elastic = system.elastic_energy(x) if system.stores_elsewhere else measured[1]
+        else:
+            elastic = (
+                measured[1] + contact_energy + (0.0 if self.others is None else self.others.stored(t, x))
+            )
+        return (measured[0], elastic, *measured[2:])
 
 
 @njit(cache=True)

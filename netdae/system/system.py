@@ -15,6 +15,7 @@ import numpy as np
 from scipy import sparse
 
 from netdae.core.arrays import BoolArray, FloatArray, frozen_floats
+from netdae.core.records import Record
 from netdae.forces.cables import Cables
 from netdae.forces.force import Force, check_force
 from netdae.forces.loads import Load
@@ -23,8 +24,11 @@ from netdae.model.net import CableNet
 from netdae.model.phases import pieces_of
 from netdae.model.restraints import Drive, Restraint, mask_of
 from netdae.model.signals import check_covers
+from netdae.model.state import State
+from netdae.model.target import Obstacle, Target
 from netdae.system import matrices
 from netdae.system.assembly import BlockPattern
+from netdae.system.contact_assembly import contacts_of
 from netdae.system.damping import Damping, Rayleigh, check_damping
 from netdae.system.masses import check_free_nodes, lumped_masses
 from netdae.system.net_forces import NetForces, Powers, stores_energy, wrench_of
@@ -38,6 +42,7 @@ from netdae.system.reels import (
     restraints_of,
     slid_lengths,
 )
+from netdae.system.target_nodes import TargetNodes, seen_by
 
 
 class System:
@@ -49,6 +54,8 @@ class System:
     damping : Dashpot, Rayleigh or NoDamping; there is no default
     loads, restraints : what acts on the net from outside
     reels : drums at nodes of their own that pay out or wind in cables
+    target : a rigid body that the net meets; it adds two nodes to `net`, see `target_nodes`
+    obstacles : parts that are fixed in space
     forces : user-defined forces, see `forces.force`
 
     Raises InputError for what cannot be simulated: unknown groups, a free node without mass.
@@ -64,19 +71,31 @@ class System:
         loads: Iterable[Load] = (),
         restraints: Iterable[Restraint] = (),
         reels: Iterable[Reel] = (),
+        target: Target | None = None,
+        obstacles: Iterable[Obstacle] = (),
         forces: Iterable[Force] = (),
     ) -> None:
-        self.cords = Cords.of(net, cord)
-        self.net = net = prestressed(net, self.cords)
+        self.body = None if target is None else TargetNodes.of(target, net)
         self.reels = tuple(reels)
+        net = prestressed(net, Cords.of(net, cord))
+        own_mass = lumped_masses(net, Cords.of(net, cord), masses or {}, self.reels)
+        if self.body is not None:
+            net = self.body.grown(net)
+        self.net = net
+        self.cords = Cords.of(net, cord)
         check_reels(self.reels, net)
-        self.restraints = (*restraints, *restraints_of(self.reels))
+        of_target = () if self.body is None else self.body.restraints()
+        self.restraints = (*restraints, *restraints_of(self.reels), *of_target)
         for restraint in self.restraints:
             mask_of((restraint,), net)
         self._hold(tuple(r for r in self.restraints if r.begin == -math.inf))
-        self.mass = frozen_floats(lumped_masses(net, self.cords, masses or {}, self.reels))
+        self.mass = frozen_floats(own_mass if self.body is None else np.append(own_mass, self.body.mass))
         check_free_nodes(self.mass, net, self.restraints)
         self.in_space = ~nodes_of_reels(self.reels, net.node_count)
+        of_net = self.in_space.copy()
+        if self.body is not None:
+            self.in_space[self.body.spin] = False
+            of_net[[self.body.place, self.body.spin]] = False
         self.spatial_mass = frozen_floats(np.where(self.in_space, self.mass, 0.0))
         check_damping(damping, slides=any(reel.rings is not None for reel in self.reels))
         self.damping = damping
@@ -89,15 +108,19 @@ class System:
             self.cords.engineering,
             tau,
         )
+        self.obstacles = tuple(obstacles)
+        contacts, self._kept = contacts_of(net, self.cords, self.mass, of_net, self.body, self.obstacles)
         own = tuple(forces)
         for force in own:
             check_force(force)
         self.forces: tuple[Force, ...] = (
             self.cables.force,
             *forces_of(self.reels, net, self.cords, tau),
-            *damping.forces(net, self.cords, self.spatial_mass),
+            *damping.forces(net, self.cords, frozen_floats(np.where(of_net, self.mass, 0.0))),
+            *(() if self.body is None else self.body.forces()),
             *(load.on(net, self.cords, self.spatial_mass) for load in loads),
             *own,
+            *contacts,
         )
         self._net_forces = NetForces.of(self.forces, self.in_space)
         self._phase = (-math.inf, math.inf)
@@ -111,6 +134,24 @@ class System:
         other = copy(self)
         other._hold(active)
         return other
+
+    def seen_by(self, pose: Record | None, *, way: int = 0) -> System:
+        """The same system as compiled methods see it: contact has a memory of its own, and the pose of its target.
+
+        way : for explicit steps, see `target_nodes.seen_by`
+        """
+        other = copy(self)
+        other.forces = seen_by(self.forces, pose, way)
+        return other
+
+    def whole(self, start: State) -> State:
+        """A start with that of the target, for one of the net alone."""
+        return start if self.body is None else self.body.whole(start)
+
+    def take(self, state: State) -> None:
+        """Let forces and energies see the target's attitude at this state, whose places do not tell it."""
+        if self.body is not None:
+            self.body.take(state)
 
     def without(self, cables: BoolArray) -> System:
         """The same system in which some cables, True in `cables` (m,), do not pull."""
@@ -248,8 +289,9 @@ class System:
         return self.spatial_mass @ v
 
     def angular_momentum(self, x: FloatArray, v: FloatArray) -> FloatArray:
-        """Σ x × m v about the origin, (3,), N m s."""
-        return self.spatial_mass @ np.cross(x, v)
+        """Σ x × m v about the origin, and that of the target's spin, (3,), N m s."""
+        total = self.spatial_mass @ np.cross(x, v)
+        return total if self.body is None else total + self.body.spin_momentum(x, v)
 
     # Cables; all elastic, without the dashpot's share
 

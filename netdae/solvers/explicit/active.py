@@ -25,6 +25,7 @@ from netdae.core.arrays import BoolArray, FloatArray
 from netdae.forces.law import FAST
 from netdae.forces.table import Rows, sift
 from netdae.solvers.explicit.parts import IMPULSE, WORK, Acting, Bodies, Room
+from netdae.solvers.explicit.turning import pace_of, turn
 
 INLINED: dict[str, Any] = {"cache": True, "fastmath": FAST, "forceinline": True}
 EXACT: dict[str, Any] = {**INLINED, "fastmath": False}  # said, or the caller's would hold: no fused products
@@ -65,6 +66,31 @@ def is_due(way: float, room: Room) -> bool:
     room.reach[WAY] += way
     room.reach[WIDE_WAY] += way
     return not room.reach[WAY] <= room.reach[MARGIN]
+
+
+@njit(**INLINED)
+def turn_target(
+    t: float, x: FloatArray, v: FloatArray, h: float, waits: bool, bodies: Bodies, room: Room
+) -> float:
+    """Turn a free target in this step to t, or count it among those to be made up; return how far its points move, m.
+
+    waits : whether nothing can act on it before the next look
+    """
+    if bodies.pose == 0:
+        return 0.0
+    if bodies.free:
+        room.counts[2] += 1
+        if not waits:
+            make_up_turn(t, x, v, h, bodies, room)
+    return h * pace_of(v, bodies.pose, bodies.spin, bodies.radius)
+
+
+@njit(**INLINED)
+def make_up_turn(t: float, x: FloatArray, v: FloatArray, h: float, bodies: Bodies, room: Room) -> None:
+    """Turn a free target through the steps since it was turned."""
+    if room.counts[2] > 0:
+        turn(x, v, room.counts[2] * h, t, bodies.pose, bodies.spin)
+        room.counts[2] = 0
 
 
 @njit(**INLINED)
@@ -164,12 +190,17 @@ def look(
         a, b, c = a + v[i], b + v[i + 1], c + v[i + 2]
     for i in range(0, 3 * n, 3):
         room.drift[i], room.drift[i + 1], room.drift[i + 2] = a / n, b / n, c / n
+    pace = 0.0
+    if bodies.pose != 0:  # its spin node is no place: how fast its points move counts apart
+        pace = pace_of(v, bodies.pose, bodies.spin, bodies.radius)
+        for i in range(bodies.spin, bodies.spin + 3):
+            room.drift[i] = v[i]
     fastest = 0.0
     for i in range(3 * n):
         gain = LOOK * abs(room.kick[i] * slow[i]) if len(slow) > 0 else 0.0
         fastest = max(fastest, abs(v[i] - room.drift[i]) + gain)
     reach[OTHERS] = fastest
-    margin = max(PARTING * LOOK * h * fastest, LEAST_MARGIN * bodies.shortest)
+    margin = max(LOOK * h * (PARTING * fastest + pace), LEAST_MARGIN * bodies.shortest)
     wide = 0.0
     if not reach[WIDE_WAY] + margin <= reach[WIDE_MARGIN]:
         wide = WIDE * margin

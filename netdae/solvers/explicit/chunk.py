@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from netdae.core.arrays import FloatArray
+from netdae.core.arrays import FloatArray, frozen_floats
 from netdae.solvers.explicit.parts import Tally
 from netdae.solvers.stepper import Share, Step
+
+
+def _none() -> FloatArray:
+    return frozen_floats([])
 
 
 @dataclass(frozen=True, eq=False)
@@ -16,6 +20,7 @@ class Chunk:
     """Start time t, step length h, and x, v, a, (3, 3n).
 
     powers : (8,), of the previous step, and hold, see `explicit.verlet.fly`; fresh : whether the flight began there
+    memory : of the kernel, see `Kernel.memory`
     """
 
     t: float
@@ -24,6 +29,7 @@ class Chunk:
     powers: FloatArray
     hold: int
     fresh: bool = False
+    memory: FloatArray = field(default_factory=_none)
 
 
 def step_of(t: float, xva: FloatArray, share: Share) -> Step:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
 from netdae.core.arrays import BoolArray, FloatArray, IntArray, wholes
 from netdae.core.records import Record
+from netdae.forces.contact import MEETING, RESTING
 from netdae.forces.elements import ElementForce
 from netdae.forces.force import Force
+from netdae.forces.gyroscope import GYROSCOPE
 from netdae.forces.loops import SUMS
 from netdae.forces.table import Table
 from netdae.model.motions import Fixed
@@ -19,6 +22,7 @@ from netdae.solvers.explicit.discrete_gradient import fly_lossless, room_for
 from netdae.solvers.explicit.drums import drums_of
 from netdae.solvers.explicit.parts import POWERS, Acting, Bodies, Held, Room, Tally
 from netdae.solvers.explicit.rayleigh import ImplicitDamping, drags_of
+from netdae.solvers.explicit.rubbing import Contacts
 from netdae.solvers.explicit.verlet import fly
 from netdae.system.system import System
 
@@ -32,8 +36,12 @@ class Kernel:
     """
 
     def __init__(self, system: System, drive: Drive, longest: int) -> None:
+        self.pose = None if system.body is None else Record(system.body.pose.values)
+        self._way = np.zeros(1)  # as long as its address is used
+        system = system.seen_by(self.pose, way=int(self._way.ctypes.data))
         laws = [(force, force.law) for force in system.forces if isinstance(force, ElementForce)]
-        apart = [force for force, law in laws if law.implicit or law.steady]
+        turning = [force for force, law in laws if law is GYROSCOPE]
+        apart = [force for force, law in laws if law.implicit or law.steady] + turning
         slow = [force for force, _ in laws if is_slow(force) and force not in apart]
         forces = [force for force in system.forces if force not in apart and force not in slow]
         between = lossless_of(system)
@@ -58,12 +66,14 @@ class Kernel:
         whole = in_python or self._damping.at(0.0).damps
         always = _nodes_of(between or [*forces, *drums], self.entries, system.net.node_count)
         whole = whole and not self.lossless
-        self._bodies = Record(Bodies(mass, share, system.in_space, always, whole, shortest))
+        turned = _turned_of(system, self.pose)
+        self._bodies = Record(Bodies(mass, share, system.in_space, always, whole, shortest, *turned))
         self._room = Record(_room_of(len(mass)))
         if self.lossless:
             self._between_table.prepare("add", "sift", "between", "crest")
             self._between = Record(room_for(self._between_table.address, len(mass)))
         self.rubs = any(law.rate is not None and force.parameters.friction > 0 for force, law in laws)
+        self._contacts, self._places = _contacts_of(self.table, int(self._way.ctypes.data))
         self._drums = Record(drums_of(drums, self._on_drums))
         self._acting = Record(
             Acting(
@@ -75,13 +85,33 @@ class Kernel:
                 slow_v=_zeros(len(mass), bool(slow)),
                 ahead=_zeros(len(mass), bool(self.table.rows.ahead.any())),
                 in_python=in_python,
+                contacts=0 if self._contacts is None else self._contacts.address,
                 rubs=self.rubs,
             )
         )
         self._motions = [r.motion for r in drive.restraints]
         self._fixed = all(isinstance(each, Fixed) for each in self._motions)
-        self._no_history = np.empty((0, 3, len(mass))), np.empty((0, 10))
+        self._no_history = np.empty((0, 3, len(mass))), np.empty((0, 10)), np.empty((0, 4))
         self._no_motions = np.zeros((longest + 1, 3, 3 * len(self._motions)))
+
+    @property
+    def memory(self) -> FloatArray:
+        """What the next step depends on besides x, v and a: the base of a target's attitude, and s of contacts."""
+        base = () if self.pose is None else (self.pose.values.base,)
+        return np.concatenate((*base, *self._places, np.zeros(0)))
+
+    def see(self, base: FloatArray) -> None:
+        """Let a flight begin where the base of the target's attitude is this."""
+        self.remember(np.concatenate((base, self.memory[len(base) :])))
+
+    def remember(self, memory: FloatArray) -> None:
+        """Go on from another memory."""
+        if self.pose is not None:
+            base, memory = np.split(memory, [len(self.pose.values.base)])
+            self.pose.values.base[:] = base
+            self.pose.values.known[:] = np.nan
+        for place in self._places:
+            place[:], memory = memory[: len(place)], memory[len(place) :]
 
     def look_at_anchors(self) -> None:
         """Take the drive's anchors, which a resumed flight sets before it enters a phase."""
@@ -103,7 +133,7 @@ class Kernel:
         limits: tuple[float, float] = (math.inf, math.inf),
         fresh: bool = False,
         powers: FloatArray | None = None,
-        history: tuple[FloatArray, FloatArray] | None = None,
+        history: tuple[FloatArray, FloatArray, FloatArray] | None = None,
     ) -> Tally:
         """Take steps, at most as many as the `longest` chunk has; raises what a force written in Python raises.
 
@@ -154,9 +184,11 @@ class Kernel:
 def lossless_of(system: System) -> list[Force]:
     """Forces between two places of an undamped net, see `discrete_gradient`; none where a net cannot be so flown.
 
-    Not with damping of the cables, nor with what slides through rings or is wound up by drums.
+    Not with damping of the cables, nor with what slides through rings, is wound up by drums, or meets a target.
     """
     forces = [force for force in system.forces if isinstance(force, ElementForce)]
+    if system.body is not None or any(force.law in (MEETING, RESTING) for force in forces):
+        return []
     if system.reels or any(force.law.implicit or force.law.steady or force.law.rate for force in forces):
         return []
     found: list[Force] = [
@@ -172,6 +204,27 @@ def is_slow(force: Force) -> bool:
     if not isinstance(force, ElementForce) or force.law.shares != ("external",):
         return False
     return force.law.external and force.newton == "nothing" and is_constant(force.signal)
+
+
+def _contacts_of(table: Table, way: int) -> tuple[Record | None, list[FloatArray]]:
+    """Forces of contact in a table, None where there are none, and where they keep s."""
+    found: dict[Any, list[int]] = {MEETING: [], RESTING: []}
+    places = []
+    for force, record in zip(table.forces, table.elements, strict=True):
+        if isinstance(force, ElementForce) and force.law in found:
+            found[force.law].append(record.address)
+            places.append(force.kept.place)
+    if not places:
+        return None, []
+    return Record(Contacts(way, *(np.array(each, dtype=np.int64) for each in found.values()))), places
+
+
+def _turned_of(system: System, pose: Record | None) -> tuple[int, int, bool, float]:
+    """Of a target: address of its attitude, where its spin begins, whether it is free, and its radius in m."""
+    body = system.body
+    if body is None or pose is None:
+        return 0, 0, False, 0.0
+    return pose.address, 3 * body.spin, body.target.motion == "free", body.radius
 
 
 def _zeros(size: int, needed: bool) -> FloatArray:
@@ -199,7 +252,7 @@ def _room_of(size: int) -> Room:
         moves=np.zeros(n, dtype=np.bool_),
         begin=wholes(n),
         end=wholes(n),
-        counts=wholes(2),
+        counts=wholes(3),
         reach=np.zeros(5),
         drift=drift,
         sums=np.zeros(SUMS),

@@ -19,6 +19,10 @@ class Bodies(NamedTuple):
     always: Flags  # (n,), nodes on which a force may act that is not sifted, or that are restrained
     whole: bool  # whether forces act on all nodes at once
     shortest: float  # m, of the cables
+    pose: int  # address of the attitude of a target that turns, or 0
+    spin: int  # its entries in x and v begin here
+    free: bool  # whether it turns freely
+    radius: float  # m, of its farthest point
 
 
 class Acting(NamedTuple):
@@ -32,6 +36,7 @@ class Acting(NamedTuple):
     slow_v: Reals
     ahead: Reals  # (3n,), room for velocities at the end of the step where a force needs them, or (0,)
     in_python: bool  # whether any force is written in Python
+    contacts: int  # address of the Contacts, or 0
     rubs: bool  # whether friction bounds the step
 
 
@@ -53,7 +58,7 @@ class Room(NamedTuple):
     """Workspace of a run of steps.
 
     begin, end : of the spans of active nodes, of which there are counts[0]; counts[1] steps have passed since the other
-        nodes were moved
+        nodes were moved, and counts[2] since a free target was turned
     reach : see `active`
     """
 
@@ -64,7 +69,7 @@ class Room(NamedTuple):
     moves: Flags  # (n,), whether a node is active
     begin: Wholes  # (n,)
     end: Wholes  # (n,)
-    counts: Wholes  # (2,)
+    counts: Wholes  # (3,)
     reach: Reals  # (5,)
     drift: Reals  # (3n,), m/s, the mean velocity u at each node
     sums: Reals  # of the forces, see `forces.loops`

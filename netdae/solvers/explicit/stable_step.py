@@ -23,6 +23,9 @@ stable if Σ (|b_i|/B) Σᵢ (h² k + 2 h c)/mᵢ ≤ 4. That is for rings that 
 Across, each segment is no stiffer than N/η, N at the largest strain. The rate of friction at rings stands beside C in
 all sums.
 
+Contact with a body acts across the cords, which lie on its surface and pull along it: its bound stands apart from
+theirs.
+
 Forces whose law has no bound, such as external ones, enter by their current tangent: no step is longer than `STIFF`
 over their rate.
 """
@@ -54,7 +57,23 @@ def stable_step(
     damped : False for the step that the net would have without its dashpots
     x : (n, 3), m, where the drums of reels are; at s = 0 by default
     """
-    families = list(_families(system, strain, np.zeros_like(system.net.nodes) if x is None else x))
+    at = np.zeros_like(system.net.nodes) if x is None else x
+    found = [list(_families(system, strain, at, across=across)) for across in (False, True)]
+    return min(_stable(system, families, rate, damped=damped) for families in found)
+
+
+def steps_of_cords_and_contact(system: System) -> tuple[float, float]:
+    """Stable h in s of the cords, and that of contact with target and obstacles; infinite where there is none."""
+    strain, at = max(float(system.toe_strain.max()), 1e-3), np.zeros_like(system.net.nodes)
+    cords, contact = (
+        _stable(system, list(_families(system, strain, at, across=across)), 0.0, damped=True)
+        for across in (False, True)
+    )
+    return cords, contact
+
+
+def _stable(system: System, families: list[Family], rate: float, *, damped: bool) -> float:
+    """The same for some families."""
     total = np.zeros((2, system.net.node_count))
     for family in families:
         for sums, of_node in zip(total, family.of_nodes, strict=True):
@@ -71,9 +90,11 @@ def stable_step(
     return least
 
 
-def _families(system: System, strain: float, x: FloatArray) -> Iterator[Family]:
+def _families(system: System, strain: float, x: FloatArray, *, across: bool) -> Iterator[Family]:
     for force in system.forces:
-        if isinstance(force, ElementForce) and force.law.bound is not None:
+        if not isinstance(force, ElementForce) or force.law.across != across:
+            continue
+        if force.law.bound is not None:
             yield from force.law.bound(force.parameters, force.nodes, strain, x)
 
 

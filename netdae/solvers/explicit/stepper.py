@@ -23,6 +23,7 @@ from netdae.core.arrays import FloatArray
 from netdae.core.errors import RunError
 from netdae.forces.reel import WOUND_IN
 from netdae.model.restraints import Drive
+from netdae.model.state import State
 from netdae.solvers.explicit.chunk import (
     Chunk,
     after,
@@ -111,6 +112,9 @@ class ExplicitSolver:
         self._kernel.look_at_anchors()
         self._kernel.go_on(phase, t)
         self._now = np.stack((y[0].ravel(), y[1].ravel(), yp[1].ravel()))
+        if (body := self._system.body) is not None and self._kernel.pose is not None:
+            self._kernel.see(body.pose.values.base)
+            self._now[2].reshape(-1, 3)[body.spin] -= body.gyroscopic(y[1])
         self._guard = Guard(self._energy_now())
         self._limit(float(self._system.strain(y[0]).max()), 0.0)
         self.counts["starts"] += 1
@@ -133,7 +137,9 @@ class ExplicitSolver:
         last = count * stable >= remaining
         h = remaining / count if last else stable
         hold = int(max(1, min(HOLD, self._held / h)))
-        self._chunk = Chunk(self._t, h, self._now.copy(), self._powers.copy(), hold, self._fresh)
+        self._chunk = Chunk(
+            self._t, h, self._now.copy(), self._powers.copy(), hold, self._fresh, self._kernel.memory
+        )
         history = None
         if self.every_step:
             history = self._rows(count)
@@ -154,7 +160,7 @@ class ExplicitSolver:
         inner = []
         if history is not None:
             inner = [
-                self._inner(k + 1, history[0][k], share_reported(history[1][k], 8))
+                self._inner(k + 1, history[0][k], share_reported(history[1][k], 8), history[2][k])
                 for k in self._rows_reported(history[0], tally)
             ]
         elif tally.peak > self._peak and tally.peak_step < tally.steps:
@@ -179,6 +185,9 @@ class ExplicitSolver:
         before = min(int((t - self._chunk.t) / self._chunk.h), self._done - 1)
         first, last = self._again(before + 1)
         inner = between(t, first, last)
+        if (body := self._system.body) is not None and first.attitude is not None:
+            self._system.take(State(first.t, first.y[0], first.y[1], first.yp[1], attitude=first.attitude))
+            inner = inner._replace(attitude=body.attitude_at(t, *inner.y))
         self.seconds["outputs"] += perf_counter() - begin
         history = [
             step.share for step in self._steps if step.t < t
@@ -206,12 +215,14 @@ class ExplicitSolver:
             "numbers": np.array(numbers),
             "powers": self._powers.copy(),
             "fresh": np.array(float(self._fresh)),
+            "kernel": self._kernel.memory,
         }
 
     def restore(self, memory: Mapping[str, FloatArray]) -> None:
         """Continue as the integrator that left this memory."""
         self._now[1], self._now[2], self._lengths = memory["v"], memory["a"], memory["lengths"].copy()
         self._fresh, self._powers = bool(memory["fresh"]), memory["powers"].copy()
+        self._kernel.remember(memory["kernel"])
         numbers = memory["numbers"].tolist()
         self._t, self._strain_limit, self._stable, self._peak, self._rate_limit, self._span = numbers[:6]
         self._look_in, self._stiffest, self._held = int(numbers[6]), numbers[7], numbers[8]
@@ -229,9 +240,9 @@ class ExplicitSolver:
             longest = min(longest, KEPT_NUMBERS / self._now.size)
         return max(1, math.floor(longest))
 
-    def _rows(self, count: int) -> tuple[FloatArray, FloatArray]:
+    def _rows(self, count: int) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Arrays for the history of `count` steps."""
-        return np.empty((count, *self._now.shape)), np.empty((count, 10))
+        return np.empty((count, *self._now.shape)), np.empty((count, 10)), np.empty((count, 4))
 
     def _rows_reported(self, states: FloatArray, tally: Tally) -> Iterable[int]:
         """Rows of the history that are reported before the end of the chunk."""
@@ -246,7 +257,9 @@ class ExplicitSolver:
 
     def _again(self, count: int) -> tuple[Step, Step]:
         """Step number `count` of the last chunk and the one before it, or the chunk's start."""
-        states, sums = history = self._rows(min(count, 2))
+        states, sums, turned = history = self._rows(min(count, 2))
+        now, begun = self._kernel.memory, self._chunk.memory
+        self._kernel.remember(begun)
         start = self._chunk.t, self._chunk.h, self._chunk.xva.copy()
         fresh, powers = self._chunk.fresh, self._chunk.powers.copy()
         self._kernel.fly(
@@ -258,10 +271,11 @@ class ExplicitSolver:
             powers=powers,
             history=history,
         )
-        last = self._inner(count, states[-1], share_reported(sums[-1], 9))
+        self._kernel.remember(now)
+        last = self._inner(count, states[-1], share_reported(sums[-1], 9), turned[-1])
         if count == 1:
-            return self._inner(0, self._chunk.xva, NOTHING), last
-        return self._inner(count - 1, states[0], share_reported(sums[0], 9)), last
+            return self._inner(0, self._chunk.xva, NOTHING, begun[:4]), last
+        return self._inner(count - 1, states[0], share_reported(sums[0], 9), turned[0]), last
 
     def _crest_of(self, tally: Tally) -> list[Step]:
         """The state of a new largest tension inside a step, if there is one, by a step of part length."""
@@ -279,13 +293,22 @@ class ExplicitSolver:
         whole = sum_of(share_of(found), share)
         return [step_of(t + h, xva, whole)]
 
-    def _inner(self, count: int, xva: FloatArray, share: Share) -> Step:
+    def _inner(self, count: int, xva: FloatArray, share: Share, attitude: FloatArray) -> Step:
         """The state (3, 3n) of the kernel after `count` steps of the last chunk."""
-        return step_of(self._chunk.t + count * self._chunk.h, xva, share)
+        return self._with_target(step_of(self._chunk.t + count * self._chunk.h, xva, share), attitude)
+
+    def _with_target(self, step: Step, attitude: FloatArray) -> Step:
+        """A step as others see it: with the target's attitude, and the gyroscopic part of its acceleration."""
+        body = self._system.body
+        if body is None:
+            return step
+        step.yp[1][body.spin] += body.gyroscopic(step.y[1])
+        driven = not body.pose.values.free
+        return step._replace(attitude=body.attitude_at(step.t, *step.y) if driven else attitude.copy())
 
     def _end_of(self, tally: Tally) -> Step:
         """The end of the last chunk."""
-        return step_of(self._t, self._now, share_of(tally))
+        return self._with_target(step_of(self._t, self._now, share_of(tally)), self._kernel.memory[:4])
 
     # The step length
 
@@ -339,6 +362,8 @@ class ExplicitSolver:
 
     def _energy_now(self) -> float:
         x, v = self._places()
+        if self._system.body is not None:
+            self._system.take(State(self._t, x, v, v, attitude=self._kernel.memory[:4]))
         return self._system.kinetic_energy(v) + self._system.elastic_energy(x, t=self._t)
 
     def _check_energy(self, share: Share | None) -> None:

@@ -49,17 +49,22 @@ from netdae.solvers.explicit.active import (
     INLINED,
     LEAST_MARGIN,
     MARGIN,
+    WAY,
     WIDE_MARGIN,
     activate_all,
     catch_up,
     is_due,
     look,
+    make_up_turn,
     move,
+    turn_target,
 )
 from netdae.solvers.explicit.drums import Drums, hold_drums
 from netdae.solvers.explicit.held import add_reactions, drive
 from netdae.solvers.explicit.parts import IMPULSE, LOST, WORK, Acting, Bodies, Held, Room, Tally
 from netdae.solvers.explicit.rayleigh import Solver, damp, drag_all
+from netdae.solvers.explicit.rubbing import Contacts, put_way, rub
+from netdae.solvers.explicit.turning import attitude_now
 from netdae.solvers.explicit.wrench import add_brakes, add_slow_wrench
 
 RUBBED = 8  # steps after which the rate of friction is compared with its limit, which is well above it
@@ -78,7 +83,7 @@ def fly(
     limits: tuple[float, float],
     fresh: bool,
     powers: FloatArray,
-    history: tuple[FloatArray, FloatArray],
+    history: tuple[FloatArray, FloatArray, FloatArray],
 ) -> Tally:
     """Take `steps` steps of length h from t on, or fewer if strain or friction pass their limits.
 
@@ -91,8 +96,9 @@ def fly(
         restraints; those of the last step at the end
     limits : of strain, and of the rate of friction in 1/s, see `forces.drawcord`; infinite where nothing ends the steps
     motions : (steps + 1, 3, k), u in m, u̇ and ü of each of k driven components at the ends of the steps
-    history : (r, 3, 3n) and (r, 10), filled with x, v, a after each of the last r steps, and with dissipated energy,
-        work and impulse up to then, the largest tension at that step and the largest up to then
+    history : (r, 3, 3n), (r, 10) and (r, 4), filled with x, v, a after each of the last r steps; with dissipated
+        energy, work and impulse up to then, the largest tension at that step and the largest up to then; and with the
+        attitude of a target
     """
     bodies, acting = load(addresses[0], Bodies), load(addresses[1], Acting)
     held, room = load(addresses[2], Held), load(addresses[3], Room)
@@ -106,17 +112,23 @@ def fly(
         slow_ends = slowly and (step - 1) % hold == 0
         _look_ahead(v, a, h, step, slow_ends, bodies, acting, room)
         way = move(x, v, h, acting, room) + drive(x, v, acting.ahead, held, motions, step, h, room)
+        way += turn_target(t + step * h, x, v, h, not room.moves[bodies.spin // 3], bodies, room)
         due = is_due(way, room)
         if due or slow_ends or step > quiet:
             catch_up(x, v, h, bodies, acting, room)
+            make_up_turn(t + step * h, x, v, h, bodies, room)
             if slow_ends:
                 _find_slow(t + step * h, x, v, h, hold, acting, room)
             if due:
                 look(x, v, h, rows, bodies, acting, room)
             if step > quiet:
                 activate_all(room)
+        if acting.contacts != 0:
+            put_way(load(acting.contacts, Contacts), room.reach[WAY])
         _evaluate(t + step * h, x, v, rows, acting, room)
         lost, brought = _hold_drums(x, v, h, bodies, acting, room, powers)
+        if acting.contacts != 0:
+            lost += rub(v, room.f, room.kick, load(acting.contacts, Contacts), powers[IMPULSE:])
         if solver.damps:
             lost += _damp(x, v, h, bodies, held, room, solver, motions[step], powers)
         _sum_up(x, h, lost, brought, bodies, held, room, motions, step, powers)
@@ -134,7 +146,10 @@ def fly(
             _end_step(state[1], state[2], v, room.f, bodies.share, h, held, motions[step])
             _close(state[1], h, lost, brought, rows, acting, room, powers, totals)
             totals[8], totals[9] = tension, peak
+            if bodies.pose != 0:
+                attitude_now(bodies.pose, history[2][step - quiet - 1])
     catch_up(x, v, h, bodies, acting, room)
+    make_up_turn(t + step * h, x, v, h, bodies, room)
     if slowly:
         _add_rest_of_wrench(x, h, bodies, acting, room, powers)
     _end_step(v, a, v, room.f, bodies.share, h, held, motions[step])
@@ -162,9 +177,12 @@ def _begin(
 ) -> None:
     """The instant before the first step, whose forces are evaluated where they are needed, and its half kick."""
     f, sums, slow, size, drums = room.f, room.sums, acting.slow, len(x), load(acting.drums, Drums)
-    room.counts[1] = 0
+    room.counts[1] = room.counts[2] = 0
+    room.moves[:] = False
     room.reach[:] = 0.0
     room.reach[MARGIN] = room.reach[WIDE_MARGIN] = -1.0  # a look is due
+    if acting.contacts != 0:
+        put_way(load(acting.contacts, Contacts), 0.0)
     activate_all(room)
     room.gained[:] = 0.0
     room.outside[:] = 0.0

@@ -9,6 +9,7 @@ from numba import njit
 
 from netdae.core.addresses import call, ints
 from netdae.core.records import load
+from netdae.forces.pose import Pose, attitude_at, move_base, put_base, rates_of
 from netdae.forces.table import ENDED, Rows, rests
 from netdae.solvers.ida.failures import STANDS_STILL, STUCK, WOUND_IN
 from netdae.solvers.ida.kernel import OPTIONS, RATES, Net, between, middle, rates
@@ -29,6 +30,35 @@ def begin_rates(address: int, row: int) -> float:
     return rates(chunk.times[row], chunk.states[row], load(u.net, Net), chunk.rates)
 
 
+@njit(**OPTIONS)
+def put_attitude(chunk: Chunk, net: Net, row: int) -> None:
+    """Let forces see the target's attitude as it follows from a row of the chunk."""
+    if net.pose != 0:
+        pose, y, at, q = load(net.pose, Pose), chunk.states[row], net.spin, chunk.attitudes[row]
+        if pose.free:
+            angle, spin = rates_of(pose, y, at), rates_of(pose, y, len(y) // 2 + at)
+            put_base(pose, (q[0], q[1], q[2], q[3]), angle, spin, chunk.times[row])
+
+
+@njit(**OPTIONS)
+def turn_on(chunk: Chunk, net: Net, row: int) -> None:
+    """Find the target's attitude in a row from that in the row before, from which later ones then follow."""
+    if net.pose != 0:
+        pose, y, at = load(net.pose, Pose), chunk.states[row], net.spin
+        angle, spin = rates_of(pose, y, at), rates_of(pose, y, len(y) // 2 + at)
+        move_base(pose, angle, spin, chunk.times[row])
+        q = attitude_at(pose, angle, spin, chunk.times[row])
+        for c in range(4):
+            chunk.attitudes[row, c] = q[c]
+
+
+@njit(nogil=True, **OPTIONS)
+def begin_attitude(address: int) -> None:
+    """Let forces see the target as it is in the chunk's first row."""
+    u = record_at(address)
+    put_attitude(load(u.chunk, Chunk), load(u.net, Net), 0)
+
+
 @njit(nogil=True, **OPTIONS)
 def fly(address: int, row: int, count: int, stop: float, span: float) -> int:
     """Up to `count` steps from the state in `row`, not beyond `stop`, for at most `span` seconds; IDA's last code.
@@ -44,6 +74,9 @@ def fly(address: int, row: int, count: int, stop: float, span: float) -> int:
         for q in range(size):
             states[0, q], slopes[0, q] = states[row, q], slopes[row, q]
         times[0] = times[row]
+        for q in range(4):
+            chunk.attitudes[0, q] = chunk.attitudes[row, q]
+    put_attitude(chunk, net, 0)
     for q in range(RATES):
         sums[0, q] = 0.0
     then = np.empty(RATES)
@@ -69,6 +102,7 @@ def fly(address: int, row: int, count: int, stop: float, span: float) -> int:
         if h > 0.0:
             middle(h, states[k], y, chunk.middle)
             rates(t + 0.5 * h, chunk.middle, net, chunk.middle_rates)
+        turn_on(chunk, net, made)
         for q in range(RATES):
             sums[made, q] = sums[k, q] + h / 6.0 * (then[q] + 4.0 * chunk.middle_rates[q] + now[q])
         if rows.curved[1] != 0:  # Python has failed
@@ -117,11 +151,15 @@ def _limit_order(address: int, at: float, h: float) -> None:
 
 
 @njit(nogil=True, **OPTIONS)
-def inside(address: int, row: int, t: float, out: Any, share: Any) -> None:
-    """Write x, v, a at t in the step from `row` on to out (9n,), the sums since the chunk began to share (8,)."""
+def inside(address: int, row: int, t: float, out: Any, share: Any, attitude: Any) -> None:
+    """Write x, v, a at t in the step from `row` on to out (9n,), the sums since the chunk began to share (8,).
+
+    attitude : (4,), gets that of the target
+    """
     u = record_at(address)
     size, net, chunk = 6 * u.n, load(u.net, Net), load(u.chunk, Chunk)
     times, states, slopes, mid = chunk.times, chunk.states, chunk.slopes, np.empty(size)
+    put_attitude(chunk, net, row)
     h = times[row + 1] - times[row]
     for q in range(RATES):
         share[q] = chunk.sums[row, q]
@@ -136,3 +174,9 @@ def inside(address: int, row: int, t: float, out: Any, share: Any) -> None:
         rates(t, out[:size], net, last)
         for q in range(RATES):
             share[q] += part / 6.0 * (first[q] + 4.0 * half[q] + last[q])
+    if net.pose != 0:
+        pose, at = load(net.pose, Pose), net.spin
+        q = attitude_at(pose, rates_of(pose, out, at), rates_of(pose, out, size // 2 + at), t)
+        for c in range(4):
+            attitude[c] = q[c]
+        put_attitude(chunk, net, u.made)

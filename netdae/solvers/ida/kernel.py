@@ -42,6 +42,8 @@ class Net(NamedTuple):
     curved_axes: bool  # whether Python sets these axes
     near_x: Reals  # (3n,), m
     reach: float  # m
+    pose: int  # address of the target's attitude, or 0
+    spin: int  # its entries in x and v begin here
     f: Reals  # (3n,), N, workspace
     sums: Reals  # (15,), workspace, see `forces.loops`
 

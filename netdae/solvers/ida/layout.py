@@ -40,6 +40,7 @@ class Chunk(NamedTuple):
     slopes: Reals2  # (rows, 6n), ẋ and v̇
     sums: Reals2  # (rows, 8), see `kernel.rates`, since the chunk began
     tensions: Reals  # N
+    attitudes: Reals2  # (rows, 4), q of a target
     rates: Reals  # (8,) now
     middle_rates: Reals
     middle: Reals  # (6n,)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes as c
+import math
 
 from netdae.core.arrays import FloatArray
 from netdae.solvers.ida.calls import (
@@ -109,6 +110,10 @@ class IdaMemory:
             allowed = min(allowed, LOW_ORDER)
         self._library.call("IDASetMaxOrd", self._ida, allowed)
         self._record.set(allowed=allowed, since=0, above=0, failed_earlier=0, h_before=0.0)
+
+    def bound_step(self, h: float) -> None:
+        """Let no step be longer than h s; infinite for no bound."""
+        self._library.call("IDASetMaxStep", self._ida, 0.0 if h == math.inf else h)
 
     def stop_at(self, t: float) -> None:
         """Let no step reach beyond t."""

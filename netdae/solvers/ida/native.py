@@ -22,6 +22,7 @@ import numpy as np
 from netdae.core.arrays import FloatArray
 from netdae.core.errors import RunError
 from netdae.forces.elements import ElementForce
+from netdae.forces.pose import TURN
 from netdae.model.restraints import Drive
 from netdae.solvers.ida import chunk as ida_chunk
 from netdae.solvers.ida.failures import WOUND_IN, failure_of, not_finite, reason_of
@@ -101,6 +102,7 @@ class NativeIda:
     def __init__(self, system: System, drive: Drive, options: SolverOptions) -> None:
         library = sundials()
         self._system = system
+        self._meets = system.body is not None or bool(system.obstacles)
         self._options = options
         self._size = 6 * system.net.node_count
         self._rows = int(max(1, min(CHUNK, CHUNK_MEMORY / (16 * self._size))))
@@ -119,6 +121,7 @@ class NativeIda:
         self.every_step = False
         self.scan: Scan | None = None
         self._failed_before = 0
+        self._bound = options.max_step or np.inf
         self.counts: Counter[str] = Counter()
         self.seconds: defaultdict[str, float] = defaultdict(float)
 
@@ -136,6 +139,10 @@ class NativeIda:
         chunk.states[0], chunk.slopes[0] = y.ravel(), yp.ravel()
         self._record.set(stuck=0)
         self._polish.stiffest, self._polish.wanted = self._record.enter(phase, y[0]), False
+        if (body := self._system.body) is not None:
+            chunk.attitudes[0] = body.pose.values.base[:4]
+            self._record.set(made=0)
+            ida_chunk.begin_attitude(self._record.address)
         taut = self._polish.stiffest > 0.0 and self._system.peak_tension(y[0]) > 0.0
         self._memory.start(t, taut)
         self._failed_before = self._record["errors_failed"]
@@ -155,6 +162,7 @@ class NativeIda:
             raise self._failed
         self._memory.stop_at(stop)
         count = 1 if self.every_step and self.scan is None else self._rows
+        self._bound_turn()
         code = ida_chunk.fly(self._record.address, self._row, count, stop, SPAN)
         made = self._row = int(self._record["made"])
         self._count_up()
@@ -174,14 +182,32 @@ class NativeIda:
         self.seconds["steps"] += perf_counter() - begin
         return steps
 
+    def _bound_turn(self) -> None:
+        """Let no step turn the target by more than `TURN`, on which its attitude relies."""
+        if self._record.pose is None:
+            return
+        pose, at = self._record.pose.values, self._size // 2 + self._record.spin
+        spin = float(np.linalg.norm(self._chunk.states[self._row][at : at + 3] / pose.rho))
+        longest = self._options.max_step or np.inf
+        # in powers of two, so that it changes rarely
+        bound = min(longest, TURN * 2.0 ** -np.ceil(np.log2(spin)) if spin > 0 else np.inf)
+        if bound != self._bound:
+            self._bound = bound
+            self._memory.bound_step(bound)
+
     def _report(self, made: int) -> list[Step]:
-        """The end of a chunk, and before it a new largest tension and the steps beside it: it may last one step."""
+        """The end of a chunk, and before it a new largest tension and the steps beside it: it may last one step.
+
+        With a target or obstacles it is every step, since a touch lasts few of them.
+        """
         tensions = self._chunk.tensions
         best = int(tensions[1 : made + 1].argmax()) + 1
         rows = {0, made}
         if tensions[best] > self._peak:
             self._peak = float(tensions[best])
             rows |= {row for row in (best - 1, best, best + 1) if 0 < row < made}
+        if self._meets:
+            rows |= {*range(1, made)}
         if self.every_step and self.scan is not None:
             places = self._chunk.states[1 : made + 1, : self._size // 2].reshape(made, -1, 3)
             rows |= {*range(max(1, self.scan(places)), made)}
@@ -191,6 +217,7 @@ class NativeIda:
                 float(self._chunk.times[row]),
                 *self._row_of(row),
                 self._share_up_to(self._chunk.sums[row], k),
+                None if self._record.pose is None else self._chunk.attitudes[row].copy(),
             )
             for k, row in enumerate(self._reported)
             if row > 0
@@ -211,13 +238,15 @@ class NativeIda:
         times = self._chunk.times[: self._row + 1]
         row = min(max(int(np.searchsorted(times, t, side="right")) - 1, 0), self._row - 1)
         out, balance = np.empty(3 * self._size // 2), np.empty(RATES)
-        ida_chunk.inside(self._record.address, row, t, out, balance)
+        attitude = np.empty(4)
+        ida_chunk.inside(self._record.address, row, t, out, balance, attitude)
         if (error := self._record.table.error) is not None:
             raise error
         whole = out.reshape(3, -1, 3)
         k = max(1, int(np.searchsorted(times[self._reported], t)))
         self.seconds["outputs"] += perf_counter() - begin
-        step = Step(t, whole[:2], whole[1:], self._share_up_to(balance, k, row))
+        turned = None if self._record.pose is None else attitude
+        step = Step(t, whole[:2], whole[1:], self._share_up_to(balance, k, row), turned)
         return self._polish.between(self._part, step, float(times[row + 1] - times[row]))
 
     def _end_of(self, row: int) -> End:

@@ -193,7 +193,7 @@ def _add_elements(cj: float, mass: FloatArray, matrix: Matrix, coupling: Couplin
                 if block < 0:
                     continue
                 i, j = nodes[e, a], nodes[e, b]
-                if a != b:
+                if i != j:  # a knot in contact is an element whose first two nodes are the same
                     _couple(i // 3, j // 3, block, matrix)
                 for r in range(3):
                     for s in range(3):

@@ -36,6 +36,9 @@ class IdaRecord:
     """
 
     def __init__(self, system: System, drive: Drive, options: SolverOptions, rows: int) -> None:
+        self.pose = None if system.body is None else Record(system.body.pose.values)
+        self._pose_address = 0 if self.pose is None else self.pose.address
+        system = system.seen_by(self.pose)
         self._record = np.zeros(1, RECORD)
         self.address = int(self._record.ctypes.data)
         self._drive = drive
@@ -45,7 +48,7 @@ class IdaRecord:
         self.table = Table(system.forces, system.in_space, held=self._hold if curved else None)
         self.table.prepare("add", "rates", "tangents", "sift", "rests")
         self.table.rows.tangents[[_is_steady(force) for force in system.forces]] = 0  # they are in `constant`
-        self._net = Record(_net_of(system, self.table, self._entry, curved_axes=curved))
+        self._net = Record(_net_of(system, self.table, self._entry, self._pose_address, curved_axes=curved))
         couplings, couples = _couplings_of(system, self.table)
         self._couplings = [Record(each) for each in couplings]
         addresses = np.array([each.address for each in self._couplings], dtype=np.int64)
@@ -56,6 +59,7 @@ class IdaRecord:
         self._chunk = Record(_chunk_of(rows, 6 * len(system.mass)))
         self.chunk: Chunk = self._chunk.values
         rtol, atol_position, atol_velocity = options.tolerances
+        self.spin = self._net.values.spin
         self.set(
             n=len(system.mass),
             net=self._net.address,
@@ -113,7 +117,7 @@ def _is_steady(force: Force) -> bool:
     return isinstance(force, ElementForce) and force.law.steady
 
 
-def _net_of(system: System, table: Table, entry: IntArray, *, curved_axes: bool) -> Net:
+def _net_of(system: System, table: Table, entry: IntArray, pose: int, *, curved_axes: bool) -> Net:
     shortest = float(system.net.rest_length.min(initial=np.inf))
     return Net(
         rows=table.address,
@@ -125,6 +129,8 @@ def _net_of(system: System, table: Table, entry: IntArray, *, curved_axes: bool)
         gain=np.zeros(len(entry)),
         since=np.zeros(1),
         curved_axes=curved_axes,
+        pose=pose,
+        spin=0 if system.body is None else 3 * system.body.spin,
         near_x=np.full(3 * len(system.mass), np.nan),
         reach=MARGIN * shortest / (2 * np.sqrt(3)),
         f=np.zeros(3 * len(system.mass)),
@@ -230,6 +236,7 @@ def _chunk_of(steps: int, size: int) -> Chunk:
         slopes=np.zeros((rows, size)),
         sums=np.zeros((rows, RATES)),
         tensions=np.zeros(rows),
+        attitudes=np.zeros((rows, 4)),
         rates=np.zeros(RATES),
         middle_rates=np.zeros(RATES),
         middle=np.zeros(size),

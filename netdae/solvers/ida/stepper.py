@@ -30,7 +30,7 @@ from netdae.solvers.ida.polish import Polish
 from netdae.solvers.ida.quiet import quiet
 from netdae.solvers.ida.taut import LOW_ORDER, SETTLING, TIGHT, is_undamped, warnings_of
 from netdae.solvers.options import HIGHEST_ORDER, SolverOptions
-from netdae.solvers.stepper import Scan, Step
+from netdae.solvers.stepper import Scan, Step, longest_step_of
 from netdae.system.system import System
 
 NEWTON_ITERATIONS = 4  # IDA's default limit in one attempt of a step
@@ -81,6 +81,7 @@ class IdaSolver:
         self._frozen = options.products == "frozen"
         self._idas: dict[tuple[int, float], Any] = {}
         self._refused = np.random.default_rng(0)
+        self._longest = longest_step_of(system, options)
 
     def _ida_for(self, order: int, strict: float) -> Any:
         """IDA with a highest order, and tolerances so many times as strict."""
@@ -98,7 +99,7 @@ class IdaSolver:
                 precond=IDAPrecond(self._setup, self._solve),
                 jactimes=IDAJacTimes(None, product),
                 max_order=order,
-                max_step=self._options.max_step or 0.0,
+                max_step=self._longest,
                 algebraic_idx=np.flatnonzero(np.stack((self._held, self._held))),
             )
         return found
@@ -151,9 +152,9 @@ class IdaSolver:
         """One internal step towards `stop`, not beyond."""
         if self._wanted != self._in_use:
             self._start(self._t, *self._state)
-        t, y, yp, _ = self._advance(stop, "onestep", stop)
+        t, y, yp, *_ = self._advance(stop, "onestep", stop)
         if t == self._t:  # after an output inside the last step IDA returns to its end first
-            t, y, yp, _ = self._advance(stop, "onestep", stop)
+            t, y, yp, *_ = self._advance(stop, "onestep", stop)
         self.counts["steps"] += 1
         stuck = t - self._t <= 4 * math.ulp(max(abs(t), 1e-300))
         self.counts["stuck"] = self.counts["stuck"] + 1 if stuck else 0
@@ -162,7 +163,7 @@ class IdaSolver:
         self._h, self._t, self._state = t - self._t, t, (y, yp)
         self._judge(y[0])
         self._earlier, self._last, before = self._last, (t, yp[1]), (self._earlier, self._last)
-        step = Step(t, y, yp)
+        step = self._turned(t, y, yp)
         return [self._polish.stopped(self._phase, step, *before) if t == stop else step]
 
     def _judge(self, x: FloatArray) -> None:
@@ -177,9 +178,17 @@ class IdaSolver:
         self._iteration.free = self._frozen and self._undamped > 1
         self._polish.wanted = self._undamped > 1
 
+    def _turned(self, t: float, y: FloatArray, yp: FloatArray) -> Step:
+        """An accepted step, with the target's attitude, from which that of the next follows."""
+        body = self._system.body
+        return Step(t, y, yp, None, None if body is None else body.advance(t, *y))
+
     def output(self, t: float) -> Step:
         """The state inside the last step, by IDA's own polynomial."""
-        return self._polish.between(self._phase, self._advance(t, "normal", None), self._h)
+        inner, body = self._advance(t, "normal", None), self._system.body
+        if body is not None:
+            inner = inner._replace(attitude=body.attitude_at(t, *inner.y))
+        return self._polish.between(self._phase, inner, self._h)
 
     def memory(self) -> dict[str, FloatArray]:
         """Nothing: a resumed flight starts this integrator afresh."""

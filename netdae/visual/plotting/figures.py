@@ -68,6 +68,9 @@ SHARE_OF_STRENGTH = "tension_share"
 TETHER_TENSION = "tether_tension"
 """Column that has the tether's strength for a level line."""
 
+PENETRATION = "penetration"
+"""Column that is computed here: how deep the net is in a body."""
+
 _LESS = "_less_impulse"
 _IMPULSES = {"momentum": "external_impulse", "angular_momentum": "external_angular_impulse"}
 
@@ -155,6 +158,47 @@ DESIGNS = {
             Panel("distance to chaser", "m", _single("chaser_distance", "distance to chaser")),
         ),
     ),
+    "contact": Design(
+        "Contact",
+        (
+            Panel("contact force", "N", _single("contact_force", "contact force")),
+            Panel("normal impulse", "N s", _single("normal_impulse", "normal impulse"), in_overview=False),
+            Panel("gap", "m", _single("contact_gap", "gap")),
+            Panel("penetration", "m", _single(PENETRATION, "penetration"), in_overview=False),
+            Panel(
+                "contact energy",
+                "J",
+                (
+                    Quantity("contact_energy", "stored", "energy stored in contact"),
+                    Quantity("contact_dissipated", "dissipated", "energy dissipated in contact"),
+                    Quantity("friction_dissipated", "by friction", "energy dissipated by friction"),
+                ),
+                least_span=1e-15,
+                in_overview=False,
+            ),
+        ),
+    ),
+    "target": Design(
+        "Target",
+        (
+            Panel("target", "m", _vector("target", "target"), same_scale=True),
+            Panel("target velocity", "m/s", _vector("target_velocity", "target velocity"), same_scale=True),
+            Panel(
+                "target spin",
+                "rad/s",
+                _vector("target_spin", "target spin"),
+                same_scale=True,
+                in_overview=False,
+            ),
+            Panel(
+                "force on target",
+                "N",
+                _vector("target_force", "force on target"),
+                same_scale=True,
+                in_overview=False,
+            ),
+        ),
+    ),
     "closing": Design(
         "Closing cords",
         (
@@ -226,6 +270,9 @@ def _curve_of(run: FlownRun, column: str) -> Curve | None:
             return None
         lowest = min(each.force for each in run.strengths)
         return Curve(*(None if part is None else part / lowest for part in tension))  # type: ignore[arg-type]
+    if column == PENETRATION:
+        gap = run.curves.get("contact_gap")
+        return None if gap is None else Curve(np.maximum(-gap.values, 0.0))
     if _LESS in column:
         vector, axis = column.split(_LESS)
         whole, impulse = run.curves.get(f"{vector}{axis}"), run.curves.get(f"{_IMPULSES[vector]}{axis}")

@@ -107,12 +107,12 @@ class Extent:
 
 
 def extent_of(frames: Sequence[Frame], nodes: IntArray, *, view: View, camera: CameraKind) -> Extent:
-    """What the camera has to hold so that `nodes` are in sight in every frame.
+    """What the camera has to hold so that `nodes`, and the target, are in sight in every frame.
 
     "follow": the middle of the nodes stays in the middle of the picture; "still": the camera stands, and sees
     the whole way.
     """
-    seen = [view.seen(frame.points[nodes]) for frame in frames]
+    seen = [view.seen(frame.in_sight(nodes)) for frame in frames]
     low = np.stack([points.min(axis=0) for points in seen])
     high = np.stack([points.max(axis=0) for points in seen])
     if camera == "still":

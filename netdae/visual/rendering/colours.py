@@ -20,6 +20,8 @@ BULLET = "#20242b"
 HELD = "#3b5bdb"
 """Node that is held or driven."""
 CHASER, PANEL = "#aeb6c0", "#1d3f8f"
+BODY, AXES = "#c9b78f", ("#d7263d", "#2e8b57", "#1f5fbf")
+"""A target, and its axes x, y and z."""
 PAPER, INK = "#ffffff", "#22262e"
 
 assert KINDS == tuple(PALE)

@@ -16,9 +16,12 @@ import pyvista as pv
 
 from netdae.core.arrays import BoolArray, FloatArray, IntArray
 from netdae.core.errors import InputError
-from netdae.output.vtk import RESTRAINED, read_frame, read_series
+from netdae.model.shapes.part import axes_of
+from netdae.output.pvd import read_series
+from netdae.output.vtk import RESTRAINED, read_frame
 
 SERIES = "series.pvd"
+TARGET = "target.pvd"
 METRICS = "metrics.csv"
 
 KINDS = ("net", "tether", "closing")
@@ -29,10 +32,29 @@ _HEAVIER = 10.0  # times the mass of a knot's share of cords: then a bullet
 
 
 @dataclass(frozen=True, eq=False)
+class Body:
+    """A target in one frame: its surface, points (k, 3) in m and triangles (j, 3), and its frame.
+
+    origin : (3,), m; axes : (3, 3), whose columns are its axes in space
+    """
+
+    points: FloatArray
+    triangles: IntArray
+    origin: FloatArray
+    axes: FloatArray
+
+    @property
+    def own_points(self) -> FloatArray:
+        """Points in its frame, (k, 3), m."""
+        return (self.points - self.origin) @ self.axes
+
+
+@dataclass(frozen=True, eq=False)
 class Frame:
     """One frame: number in the series from 0, time t in s, points (n, 3) in m, tension (m,) in N, taut (m,).
 
     held : nodes, without the chaser, of which an axis is held or driven; none in frames that do not record it
+    body : the target; None where there is none
     """
 
     number: int
@@ -41,6 +63,12 @@ class Frame:
     tension: FloatArray
     taut: BoolArray
     held: IntArray
+    body: Body | None = None
+
+    def in_sight(self, nodes: IntArray) -> FloatArray:
+        """Places of nodes, and of the target's surface, (k, 3), m."""
+        seen = self.points[nodes]
+        return seen if self.body is None else np.concatenate((seen, self.body.points))
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,12 +93,16 @@ class Cast:
 
 @dataclass(frozen=True, eq=False)
 class Footage:
-    """The series of a run's folder: times in s and files of its frames, and who is in them."""
+    """The series of a run's folder: times in s and files of its frames, and who is in them.
+
+    bodies : files of the target's frames; none where there is no target
+    """
 
     folder: Path
     times: tuple[float, ...]
     files: tuple[Path, ...]
     cast: Cast
+    bodies: tuple[Path, ...] = ()
 
     def frame(self, number: int) -> Frame:
         """Read a frame; raises InputError where there is none of that number or its file is damaged."""
@@ -88,6 +120,7 @@ class Footage:
             np.asarray(cells["tension"], dtype=np.float64),
             np.asarray(cells["taut"]) == 1,
             self._held(grid),
+            _body_in(self.bodies[number]) if number < len(self.bodies) else None,
         )
 
     def _held(self, grid: Any) -> IntArray:
@@ -151,7 +184,8 @@ def read_footage(folder: str | os.PathLike[str]) -> Footage:
     if not series:
         raise InputError(f"{place} has no frames yet: wait for the first, or give another run's folder")
     times, files = zip(*series, strict=True)
-    return Footage(place, times, files, cast_of(_whole(files[0])))
+    bodies = tuple(file for _, file in read_series(place / TARGET)) if (place / TARGET).is_file() else ()
+    return Footage(place, times, files, cast_of(_whole(files[0])), bodies)
 
 
 def cast_of(grid: Any) -> Cast:
@@ -185,6 +219,19 @@ def cast_of(grid: Any) -> Cast:
         chaser=np.flatnonzero(chaser),
         typical_length=float(np.median(length[kind == 0])) if (kind == 0).any() else float(np.median(length)),
     )
+
+
+def _body_in(file: Path) -> Body:
+    """The target in a frame; raises InputError where the file is damaged."""
+    given = pv.VtkErrorCatcher(send_to_logging=False)
+    with pv.vtk_verbosity("off"), given:
+        surface = pv.XMLPolyDataReader(str(file)).read()
+    if given.error_events or not surface.n_points or "attitude" not in surface.field_data:
+        raise InputError(_damaged(file))
+    axes = axes_of(np.asarray(surface.field_data["attitude"]))
+    points = np.asarray(surface.points, dtype=np.float64)
+    triangles = np.asarray(surface.regular_faces, dtype=np.int64)
+    return Body(points, triangles, np.asarray(surface.field_data["origin"]), axes)
 
 
 def _members(grid: Any, group: str) -> BoolArray:

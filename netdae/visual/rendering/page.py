@@ -18,8 +18,21 @@ import numpy as np
 
 from netdae.core.arrays import IntArray
 from netdae.visual.rendering.camera import View
-from netdae.visual.rendering.colours import BULLET, CHASER, HELD, INK, PALE, PANEL, PAPER, STRONG, tension_map
-from netdae.visual.rendering.frames import KINDS, Footage, Frame
+from netdae.visual.rendering.colours import (
+    AXES,
+    BODY,
+    BULLET,
+    CHASER,
+    HELD,
+    INK,
+    PALE,
+    PANEL,
+    PAPER,
+    STRONG,
+    tension_map,
+)
+from netdae.visual.rendering.frames import KINDS, Body, Footage, Frame
+from netdae.visual.rendering.scene import axis_length
 
 TEMPLATE = Path(__file__).with_name("page.html")
 _FINENESS = 1e-4  # the step over the size of the net, at most: a tenth of a pixel on a screen of a thousand
@@ -61,7 +74,9 @@ def data_of(footage: Footage, shown: Sequence[Frame], *, peak: float) -> dict[st
     peak : N; colours : the colours from 0 to it
     frames : number, time in s, origin in m, positions (k, 3), little-endian 16 or 32 bit integers by `width`,
         tension (m,), bytes: 0 slack, 1 no tension to 255 the peak or more; both in base64; held, places in `nodes` of
-        those that are held or driven; largest tension, N
+        those that are held or driven; largest tension, N; with a target, place in m of the origin of its frame, and
+        turn, the matrix of its axes, row after row
+    body : of a target, corners of its triangles (3 j, 3), m, in its frame, and lengths of its axes, m; null without one
     """
     cast = footage.cast
     spans = [np.ptp(frame.points[cast.net], axis=0) for frame in shown]
@@ -82,6 +97,7 @@ def data_of(footage: Footage, shown: Sequence[Frame], *, peak: float) -> dict[st
             "tension": _base64(_bytes(frame, peak)),
             "held": places[frame.held].tolist(),
             "largest": float(f"{frame.tension[own].max(initial=0.0):.4g}"),
+            **_pose_of(frame.body),
         }
         for frame, q, origin in zip(shown, whole, origins, strict=True)
     ]
@@ -96,6 +112,7 @@ def data_of(footage: Footage, shown: Sequence[Frame], *, peak: float) -> dict[st
         "bullets": places[cast.bullets].tolist(),
         "chaser": places[cast.chaser].tolist(),
         "mesh": cast.typical_length,
+        "body": _surface_of(shown[0].body),
         "peak": peak,
         "colours": {
             "tension": [_hex(rgb) for rgb in tension_map(17)],
@@ -105,11 +122,28 @@ def data_of(footage: Footage, shown: Sequence[Frame], *, peak: float) -> dict[st
             "held": HELD,
             "chaser": CHASER,
             "panel": PANEL,
+            "body": BODY,
+            "axes": AXES,
             "paper": PAPER,
             "ink": INK,
         },
         "frames": frames,
     }
+
+
+def _surface_of(body: Body | None) -> dict[str, Any] | None:
+    if body is None:
+        return None
+    own = body.own_points
+    corners = own[body.triangles].reshape(-1, 3)
+    return {
+        "corners": _base64(corners.astype("<f4")),
+        "axes": [axis_length(own, axis) for axis in range(3)],
+    }
+
+
+def _pose_of(body: Body | None) -> dict[str, Any]:
+    return {} if body is None else {"place": body.origin.tolist(), "turn": body.axes.ravel().tolist()}
 
 
 def _bytes(frame: Frame, peak: float) -> Any:

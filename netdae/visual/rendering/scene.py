@@ -2,7 +2,8 @@
 
 Cables are tubes, the net's taut ones coloured by tension, slack ones thin and pale; tether and closing cords have
 colours of their own. Bullets are spheres, the chaser is a box with two panels, and what is held or driven stands on a
-cone: signs of one size on paper, not to scale.
+cone: signs of one size on paper, not to scale. A target is drawn to scale, lit, with its axes x, y and z from the
+origin of its frame in red, green and blue.
 """
 
 from __future__ import annotations
@@ -16,8 +17,19 @@ from numpy.typing import NDArray
 
 from netdae.core.arrays import BoolArray, FloatArray
 from netdae.visual.rendering.camera import Shot
-from netdae.visual.rendering.colours import BULLET, CHASER, HELD, PALE, PANEL, PAPER, STRONG, tension_map
-from netdae.visual.rendering.frames import KINDS, Cast, Frame
+from netdae.visual.rendering.colours import (
+    AXES,
+    BODY,
+    BULLET,
+    CHASER,
+    HELD,
+    PALE,
+    PANEL,
+    PAPER,
+    STRONG,
+    tension_map,
+)
+from netdae.visual.rendering.frames import KINDS, Body, Cast, Frame
 
 Pixels = NDArray[np.uint8]
 """A picture, (height, width, 3)."""
@@ -84,6 +96,8 @@ class Stage:
             plotter.clear_actors()
             self._add_cables(frame, shot)
             self._add_bodies(frame, shot)
+            if frame.body is not None:
+                self._add_target(frame.body, shot)
             away = 2.0 * (shot.depth + max(shot.size) * shot.scale)
             plotter.camera.focal_point = shot.centre
             plotter.camera.position = shot.centre + away * shot.view.toward
@@ -123,6 +137,20 @@ class Stage:
         else:
             self._plotter.add_mesh(tubes(ends, radius), color=colour, **_LOOK)
 
+    def _add_target(self, body: Body, shot: Shot) -> None:
+        """Its surface, with each edge sharp, and its axes, as long as its frame's origin is far from its points."""
+        surface = pv.PolyData.from_regular_faces(body.points, body.triangles)
+        # points of flat faces are not shared, so that light shows the edges
+        surface = surface.compute_normals(feature_angle=30.0, split_vertices=True)
+        self._plotter.add_mesh(
+            surface, color=BODY, smooth_shading=True, **{**_LOOK, "ambient": 0.35, "diffuse": 0.7}
+        )
+        own, pixel = body.own_points, shot.scale * sign_size(self._size)
+        for axis, colour in enumerate(AXES):
+            length = axis_length(own, axis)
+            ends = np.stack((body.origin, body.origin + length * body.axes[:, axis]))
+            self._plotter.add_mesh(tubes(ends[None], 1.6 * pixel), color=colour, **_LOOK)
+
     def _add_bodies(self, frame: Frame, shot: Shot) -> None:
         pixel = shot.scale * sign_size(self._size)  # m
         for place in frame.points[self._cast.bullets]:
@@ -148,6 +176,12 @@ _LOOK: dict[str, Any] = {
     "reset_camera": False,
     "render": False,
 }
+
+
+def axis_length(own: FloatArray, axis: int) -> float:
+    """How long an axis of a body is drawn, m: an eighth of its size beyond its points (k, 3), in its frame."""
+    size = float(np.ptp(own, axis=0).max())
+    return max(float(own[:, axis].max()), 0.0) + 0.125 * size
 
 
 def _supports(places: FloatArray, shot: Shot, pixel: float) -> Any:
