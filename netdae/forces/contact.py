@@ -363,6 +363,8 @@ def _comes_near(p: Any, e: int, bi: Vector, d: Vector, margin: float) -> bool:
 def _near(p: Meeting, e: int, x: FloatArray, margin: float) -> bool:
     pose, R = _axes_now(p, x)
     bi, d = _ends(x, (x[2, 0], x[2, 1], x[2, 2]), R)
+    if p.elastic:  # explicit steps count the body's turn in their way
+        return _comes_near(p, e, bi, d, margin)
     rho = min(pose.rho[0], pose.rho[1], pose.rho[2])
     arm = sqrt(dot(bi, bi)) + sqrt(dot(d, d))
     return _comes_near(p, e, bi, d, margin * (1.0 + 0.5 * arm / rho))

@@ -38,7 +38,7 @@ from netdae.forces.contact import (
     shown,
 )
 from netdae.forces.law import OPTIONS, Vector
-from netdae.forces.loops import NEAR, Elements
+from netdae.forces.loops import ACTED, Elements
 from netdae.forces.pose import Matrix, Pose
 
 INLINED: dict[str, Any] = {"cache": True, "forceinline": True, **OPTIONS}
@@ -183,7 +183,7 @@ def _rub_one(
 
 
 @njit(**INLINED)
-def _powers_of(
+def _power_of(
     p: Any,
     e: int,
     i: int,
@@ -194,13 +194,13 @@ def _powers_of(
     v: FloatArray,
     f: FloatArray,
     kick: FloatArray,
-) -> tuple[float, float]:
-    """Power in W that damping and friction take, with the mean of the velocities before and after the kick."""
+) -> float:
+    """Power in W that damping and friction of one take, with the mean of the velocities before and after the kick."""
     met = p.met[e]
     b, g = (met[POINT], met[POINT + 1], met[POINT + 2]), (met[NORMAL], met[NORMAL + 1], met[NORMAL + 2])
     u = _velocity(i, j, at, p.place[e], b, R, rho, v, f, kick, 0.5)
     T = met[RUBBING], met[RUBBING + 1], met[RUBBING + 2]
-    return -met[DAMPING] * dot(g, u), -dot(T, u)
+    return -met[DAMPING] * dot(g, u) - dot(T, u)
 
 
 @njit(**INLINED)
@@ -224,42 +224,32 @@ def rub(v: FloatArray, f: FloatArray, kick: FloatArray, contacts: Contacts, row:
         k = pose.known
         R = k[7], k[8], k[9], k[10], k[11], k[12], k[13], k[14], k[15]
         rho = pose.rho[0], pose.rho[1], pose.rho[2]
-        count = el.counts[NEAR]
+        count = el.counts[ACTED]
         for q in range(count):
-            e = el.near[q]
-            if p.met[e, FORCE] > 0.0:
-                _rub_one(p, e, el.nodes[e, 0], el.nodes[e, 1], el.nodes[e, 2], R, rho, v, f, kick)
+            e = el.acted[q]
+            _rub_one(p, e, el.nodes[e, 0], el.nodes[e, 1], el.nodes[e, 2], R, rho, v, f, kick)
         for q in range(count):
-            e = el.near[q]
-            if p.met[e, FORCE] > 0.0:
-                damped, rubbed = _powers_of(
-                    p, e, el.nodes[e, 0], el.nodes[e, 1], el.nodes[e, 2], R, rho, v, f, kick
-                )
-                lost += damped + rubbed
+            e = el.acted[q]
+            lost += _power_of(p, e, el.nodes[e, 0], el.nodes[e, 1], el.nodes[e, 2], R, rho, v, f, kick)
     one = (1.0, 1.0, 1.0)
     for a in contacts.resting:
         el = load(a, Elements)
         o: Any = load(el.parameters, Resting)
-        count = el.counts[NEAR]
+        count = el.counts[ACTED]
         for q in range(count):
-            e = el.near[q]
-            if o.met[e, FORCE] > 0.0:
-                _rub_one(o, e, el.nodes[e, 0], el.nodes[e, 1], -1, UPRIGHT, one, v, f, kick)
-                met = o.met[e]
-                F = (
-                    met[DAMPING] * met[NORMAL] + met[RUBBING],
-                    met[DAMPING] * met[NORMAL + 1] + met[RUBBING + 1],
-                    met[DAMPING] * met[NORMAL + 2] + met[RUBBING + 2],
-                )
-                T = cross((met[POINT], met[POINT + 1], met[POINT + 2]), F)
-                for c in range(3):
-                    row[c] += F[c]
-                    row[3 + c] += T[c]
+            e = el.acted[q]
+            _rub_one(o, e, el.nodes[e, 0], el.nodes[e, 1], -1, UPRIGHT, one, v, f, kick)
+            met = o.met[e]
+            F = (
+                met[DAMPING] * met[NORMAL] + met[RUBBING],
+                met[DAMPING] * met[NORMAL + 1] + met[RUBBING + 1],
+                met[DAMPING] * met[NORMAL + 2] + met[RUBBING + 2],
+            )
+            T = cross((met[POINT], met[POINT + 1], met[POINT + 2]), F)
+            for c in range(3):
+                row[c] += F[c]
+                row[3 + c] += T[c]
         for q in range(count):
-            e = el.near[q]
-            if o.met[e, FORCE] > 0.0:
-                damped, rubbed = _powers_of(
-                    o, e, el.nodes[e, 0], el.nodes[e, 1], -1, UPRIGHT, one, v, f, kick
-                )
-                lost += damped + rubbed
+            e = el.acted[q]
+            lost += _power_of(o, e, el.nodes[e, 0], el.nodes[e, 1], -1, UPRIGHT, one, v, f, kick)
     return lost
