@@ -357,7 +357,7 @@ CASES = {
     ),
     **{
         f"cables on a {shape}": lambda shape=shape: bodies_near(
-            shape, 0.05, -0.5, exponent=1.5, dissipation=0.3, friction=0.4
+            shape, 0.12, -0.5, exponent=1.5, dissipation=0.3, friction=0.4
         )
         for shape in RIGID
     },
@@ -424,6 +424,8 @@ def test_tangents_are_the_derivatives_of_the_force(case):
     Kd = differences(lambda at: force.force(t, at, v), x, h)
     Cd = differences(lambda at: force.force(t, x, at), v, h)
     scale = max(np.abs(Kd).max(), np.abs(Cd).max(), 1.0)
+    if force.law is MEETING:
+        scale *= 3.0  # the point of a cable that touches a rounded edge moves: the third derivative is larger
     np.testing.assert_allclose(K, Kd, rtol=0, atol=1e-8 * scale)
     np.testing.assert_allclose(C, Cd, rtol=0, atol=1e-8 * scale)
 
@@ -439,8 +441,8 @@ def test_the_elastic_force_is_minus_the_gradient_of_the_stored_energy(case):
         step[index] = h
         up, down = (force.account(t, x + s, np.zeros_like(v)).stored_energy for s in (step, -step))
         gradient[index] = (up - down) / (2 * h)
-    # the energy of all M cables, some 50 J, is rounded: 1e-14/h
-    np.testing.assert_allclose(-gradient, at_rest, rtol=0, atol=1e-7)
+    # the energy of all M cables, some 50 J, is rounded: 1e-14/h; on a rounded edge h² of the third derivative is more
+    np.testing.assert_allclose(-gradient, at_rest, rtol=0, atol=5e-7 if force.law is MEETING else 1e-7)
 
 
 def test_stored_dissipated_and_external_power_balance_the_force(case):
