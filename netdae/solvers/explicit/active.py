@@ -199,6 +199,9 @@ def look(
     for i in range(3 * n):
         gain = LOOK * abs(room.kick[i] * slow[i]) if len(slow) > 0 else 0.0
         fastest = max(fastest, abs(v[i] - room.drift[i]) + gain)
+    if acting.contacts != 0:  # what is fixed in space moves with −u
+        for i in range(3):
+            fastest = max(fastest, abs(room.drift[i]))
     reach[OTHERS] = fastest
     margin = max(LOOK * h * (PARTING * fastest + pace), LEAST_MARGIN * bodies.shortest)
     wide = 0.0
