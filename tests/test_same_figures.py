@@ -85,7 +85,8 @@ def test_a_compiled_function_that_others_call_is_inlined() -> None:
         for each in called.values()
         if isinstance(each, Dispatcher) and not each.targetoptions.get("forceinline")
     }
-    assert copied == set()
+    # inlined at its four places, it would take 20 s more to compile; a capture's first flight may differ in round-off
+    assert copied == {"netdae.model.shapes.distance.curvature_at"}
 
 
 PROGRAM = """

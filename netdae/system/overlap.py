@@ -106,7 +106,7 @@ def gaps(body: Placed, x: FloatArray) -> FloatArray:
     )
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def _least(
     kind: IntArray, first: IntArray, numbers: FloatArray, x: float, y: float, z: float
 ) -> tuple[float, int]:
@@ -126,7 +126,7 @@ def _gaps(kind: IntArray, first: IntArray, numbers: FloatArray, b: FloatArray) -
     return phi
 
 
-@njit(cache=True)
+@njit(cache=True, forceinline=True)
 def _along(
     kind: int,
     first: int,

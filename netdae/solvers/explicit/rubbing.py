@@ -209,7 +209,7 @@ def put_way(contacts: Contacts, way: float) -> None:
     floats(contacts.way, 1)[0] = way
 
 
-@njit(cache=True, **OPTIONS)
+@njit(cache=True, **OPTIONS, forceinline=True)
 def rub(v: FloatArray, f: FloatArray, kick: FloatArray, contacts: Contacts, row: FloatArray) -> float:
     """Add damping and friction to f, which holds all other forces; return the power in W that they take.
 

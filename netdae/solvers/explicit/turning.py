@@ -34,7 +34,7 @@ ORDER = ((0, 0.5), (1, 0.5), (2, 1.0), (1, 0.5), (0, 0.5))
 """Axes in their turn, and shares of the time."""
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True, fastmath=FAST, forceinline=True)
 def turn(x: FloatArray, v: FloatArray, h: float, t: float, address: int, at: int) -> None:
     """Turn the body freely for h s up to t, with its spin node's entries from `at` on."""
     pose = load(address, Pose)
@@ -66,14 +66,14 @@ def turn(x: FloatArray, v: FloatArray, h: float, t: float, address: int, at: int
     put_base(pose, q, rates_of(pose, x, at), rates_of(pose, v, at), t)
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True, fastmath=FAST, forceinline=True)
 def pace_of(v: FloatArray, address: int, at: int, radius: float) -> float:
     """Speed in m/s at which the points of a body within `radius` may move by its spin."""
     W = rates_of(load(address, Pose), v, at)
     return radius * np.sqrt(W[0] * W[0] + W[1] * W[1] + W[2] * W[2])
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True, fastmath=FAST, forceinline=True)
 def attitude_now(address: int, out: FloatArray) -> None:
     """Write q of the base to out (4,)."""
     base = load(address, Pose).base
