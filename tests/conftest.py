@@ -10,6 +10,7 @@ from netdae.initial.scaled import ejected, scaled
 from netdae.model.material import Material
 from netdae.model.net import CableNet
 from netdae.model.state import State
+from netdae.runs.verification.nets import line as line
 from netdae.solvers.driver import integrate
 from netdae.solvers.ida import iteration, record
 from netdae.solvers.ida.taut import Damped
@@ -58,14 +59,6 @@ def random_net(seed: int = 0, nodes: int = 12, cables: int = 30) -> CableNet:
 def random_velocities(net: CableNet, seed: int = 0, size: float = 1.0) -> np.ndarray:
     """Velocities (n, 3) of `size` m/s."""
     return size * default_rng(seed + 1000).standard_normal((net.node_count, 3))
-
-
-def line(count: int, *, length: float = 1.0) -> CableNet:
-    """Straight string of `count` cables along x from the origin; node groups "first", "last", "inner"."""
-    nodes = np.zeros((count + 1, 3))
-    nodes[:, 0] = np.linspace(0.0, length, count + 1)
-    cables = np.stack((np.arange(count), np.arange(1, count + 1)), axis=1)
-    return CableNet(nodes, cables, {"first": [0], "last": [count], "inner": np.arange(1, count)})
 
 
 def reference_flight(

@@ -85,7 +85,17 @@ def test_imports_make_no_circle():
         ("sksundae", {"solvers.cvode", "solvers.ida.stepper"}),
         ("cyclopts", {"cli"}),
         ("trimesh", {"mesh.surface"}),
-        ("matplotlib", {"visual.plotting.drawing", "visual.plotting.style", "visual.rendering.colours"}),
+        (
+            "matplotlib",
+            {
+                "visual.plotting.comparison",
+                "visual.plotting.drawing",
+                "visual.plotting.style",
+                "visual.rendering.colours",
+            },
+        ),
+        ("mujoco", {"runs.verification.peer_models"}),
+        ("exudyn", {"runs.verification.peer_models"}),
         ("PIL", {"visual.rendering.views", "visual.rendering.labels", "visual.rendering.movie_file"}),
     ],
 )

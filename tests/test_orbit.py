@@ -10,6 +10,8 @@ from netdae.forces.orbit import Orbit
 from netdae.model.material import Cords
 from netdae.model.net import CableNet
 from netdae.model.state import State
+from netdae.runs.verification.cases.clohessy_wiltshire import V0, X0, closed_form
+from netdae.runs.verification.cases.libration import vertical_tether
 from netdae.solvers.flight import simulate
 from netdae.solvers.options import SolverOptions
 from netdae.system.damping import Dashpot, NoDamping
@@ -17,9 +19,6 @@ from netdae.system.system import System
 
 MU, RADIUS = 3.986004418e14, 6.978137e6  # of the Earth, m³/s², and of an orbit at 600 km, m
 N = np.sqrt(MU / RADIUS**3)  # 1.083e-3 rad/s
-
-X0 = np.array([[10.0, -20.0, 5.0], [-30.0, 0.0, 8.0]])
-V0 = np.array([[0.01, -0.02, 0.005], [-0.02, 0.03, 0.01]])
 
 
 def two_free_masses(*loads):
@@ -31,20 +30,6 @@ def two_free_masses(*loads):
 def tidal_energy(mass, x, n):
     """Potential −Σ m n² (3x² − z²)/2, J."""
     return -0.5 * n**2 * mass @ (3.0 * x[:, 0] ** 2 - x[:, 2] ** 2)
-
-
-def closed_form(n, t, x0, v0):
-    """Positions (k, 3) at t of free masses from x0, v0 (k, 3): Clohessy and Wiltshire 1960."""
-    s, c = np.sin(n * t), np.cos(n * t)
-    (x, y, z), (u, v, w) = x0.T, v0.T
-    return np.stack(
-        (
-            (4 - 3 * c) * x + s / n * u + 2 / n * (1 - c) * v,
-            6 * (s - n * t) * x + y - 2 / n * (1 - c) * u + (4 * s - 3 * n * t) / n * v,
-            c * z + s / n * w,
-        ),
-        axis=1,
-    )
 
 
 def kepler(t, x0, v0):
@@ -67,20 +52,6 @@ def kepler(t, x0, v0):
     return turn(N * t).T @ moved.y[:3, -1] - out
 
 
-def test_free_masses_fly_the_closed_form_and_ida_follows_its_tolerance():
-    times = [0.0, 2500.0, 5800.0]  # one revolution
-    errors = []
-    for rtol in (1e-4, 1e-6, 1e-8):
-        system, start = two_free_masses(Orbit(N))
-        options = SolverOptions(rtol=rtol, atol_position=10 * rtol, atol_velocity=0.1 * rtol)
-        flight = simulate(system, start, times, options=options)
-        errors.append(max(np.abs(s.x - closed_form(N, s.t, X0, V0)).max() for s in flight))
-    # the way is 0.6 km long; variable order and step let the slope of error over tolerance vary about 1
-    slope = np.polyfit(np.log([1e-4, 1e-6, 1e-8]), np.log(errors), 1)[0]
-    assert 0.6 < slope < 1.3
-    assert errors[-1] < 1e-3
-
-
 def test_free_masses_fly_the_closed_form_in_solve_ivp():
     system, start = two_free_masses(Orbit(N))
     options = SolverOptions(method="dop853", rtol=1e-11, atol_position=1e-9, atol_velocity=1e-12)
@@ -101,21 +72,6 @@ def test_the_frame_is_that_of_the_orbit_to_the_second_order_in_distance():
     assert errors[1] / errors[0] == pytest.approx(100.0, rel=0.1)  # 1e-6 m of round-off of 7e6 m in the first
 
 
-def vertical_tether(length, top, bottom, mean_motion):
-    """Masses on a cord along x that hangs in equilibrium about the orbit, and the tension 3 n² m L by theory."""
-    net = CableNet([[0.0, 0.0, 0.0], [length, 0.0, 0.0]], [[0, 1]], {"bottom": [0], "top": [1]})
-    masses = {"top": top, "bottom": bottom}
-    system = System(net, CORD, damping=NoDamping(), masses=masses, loads=[Orbit(mean_motion)])
-    m = system.mass.prod() / system.mass.sum()
-    EA = float(system.cords.axial_stiffness[0])
-    # EA E11 l/L̄ = 3 n² m l, so E11 = 3 n² m L̄/EA
-    stretch = np.sqrt(1 + 2 * 3 * mean_motion**2 * m * length / EA)
-    place = np.array([-system.mass[1], system.mass[0]]) / system.mass.sum()
-    x = np.zeros((2, 3))
-    x[:, 0] = place * stretch * length
-    return system, State.at(x), 3 * mean_motion**2 * m * stretch * length
-
-
 def test_the_tension_of_a_vertical_tether_is_three_n_squared_m_l():
     system, start, tension = vertical_tether(1000.0, 5.0, 500.0, N)
     assert tension == pytest.approx(3 * N**2 * 5.0 * 1000.0, rel=0.15)  # 17.6 mN; the cord weighs 1.1 kg
@@ -125,20 +81,6 @@ def test_the_tension_of_a_vertical_tether_is_three_n_squared_m_l():
     # held so for a tenth of a revolution, tension to BDF's tolerance in length: EA/L 1e-6 m
     flight = simulate(system, start, [0.0, 580.0], options=SolverOptions(accuracy="accurate"))
     assert system.tension(flight[-1].x)[0] == pytest.approx(tension, abs=55.0 * 1e-6)
-
-
-@pytest.mark.parametrize(("axis", "factor"), [(1, np.sqrt(3)), (2, 2.0)])
-def test_a_tether_librates_with_root_three_n_in_the_orbit_and_two_n_out_of_it(axis, factor):
-    n, small = 0.05, 0.01
-    system, start, _ = vertical_tether(100.0, 1.0, 2.0, n)
-    x = start.x.copy()
-    x[:, axis], x[:, 0] = np.sin(small) * start.x[:, 0], np.cos(small) * start.x[:, 0]
-    options = SolverOptions(rtol=1e-8, atol_position=1e-8, atol_velocity=1e-8)
-    times = np.linspace(0.0, np.pi / (factor * n), 5)
-    flight = simulate(system, State.at(x), times, options=options)
-    angle = [np.arctan2(*(s.x[1] - s.x[0])[[axis, 0]]) for s in flight]
-    # of the pendulum's next order, θ²/16 and so 1e-5 of the period; the cord's own mode is 600 times faster
-    np.testing.assert_allclose(angle, small * np.cos(factor * n * times), rtol=0, atol=1e-4 * small)
 
 
 @pytest.mark.parametrize("damping", [NoDamping(), Dashpot(viscosity_time=1e-4)])

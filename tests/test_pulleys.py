@@ -1,4 +1,4 @@
-"""Pulleys: Atwood's machine, a block and tackle, the capstan's ratio, statics, and what is refused."""
+"""Pulleys: a block and tackle, the capstan's ratio, statics, and what is refused."""
 
 import math
 
@@ -8,75 +8,16 @@ import pytest
 import netdae as nd
 from netdae.cli import main
 from netdae.core.errors import InputError, ScenarioError
-from netdae.forces.drawcord import DRAWCORD, tensions_of
 from netdae.forces.rings import Rings
+from netdae.runs.verification.cases.atwood import ROPE, SLACK, machine, segments
 
 G = 9.81
-EA = 1e4
-ROPE = nd.Material(youngs_modulus=1e10, density=0.0, area=1e-6, law="engineering")
-SLACK = nd.Material(youngs_modulus=1e6, density=0.0, area=1e-6)
-SIZE = 1e-4
-
-
-def machine(places, masses, held, tension, *, friction=0.0, creep=1e-3, damping=None):
-    """A cord through nodes at `places` (k, 3), so long that it bears `tension`; a slack cable makes it a net."""
-    places = np.array(places, dtype=float)
-    net = nd.CableNet(places, [[0, 1]], {f"n{k}": [k] for k in range(len(places))}, rest_length=[1e3])
-    h = np.hypot(np.linalg.norm(np.diff(places, axis=0), axis=1), SIZE)
-    cord = nd.PulleyCord(
-        ROPE,
-        nodes=tuple(range(len(places))),
-        length=float(h.sum() / (1 + tension / EA)),
-        rings=Rings(SIZE, friction, creep),
-    )
-    strung = nd.with_pulleys(net, nd.State.at(places), [cord])
-    system = nd.System(
-        strung.net,
-        {"all": SLACK, **strung.materials},
-        damping=damping or nd.NoDamping(),
-        masses={f"n{k}": m for k, m in masses.items()},
-        loads=[nd.Gravity([0, 0, -G])],
-        restraints=[*strung.restraints, nd.Restraint(tuple(held))],
-        reels=strung.reels,
-    )
-    return system, strung.start
-
-
-def segments(system, state):
-    """N_i of the one cord, N."""
-    (force,) = (each for each in system.forces if getattr(each, "law", None) is DRAWCORD)
-    return tensions_of(force, state.x[force.nodes], state.v[force.nodes])
 
 
 OPTIONS = {
     "ida": nd.SolverOptions(rtol=1e-7, atol_position=1e-9, atol_velocity=1e-8),
     "explicit": nd.SolverOptions("explicit", accuracy="accurate"),
 }
-
-
-@pytest.mark.parametrize("method", OPTIONS)
-@pytest.mark.parametrize("friction", [0.0, 0.2])
-def test_atwoods_machine_falls_as_theory_says(method, friction):
-    """a = g (m₁ − m₂ e^{μπ})/(m₁ + m₂ e^{μπ}), the tensions m₁ (g − a) and m₂ (g + a), whose ratio is the capstan's."""
-    m1, m2, v0, end = 2.0, 0.7, 0.5, 0.4
-    ratio = math.exp(friction * math.pi)
-    a = G * (m1 - m2 * ratio) / (m1 + m2 * ratio)
-    # both sides hang beside each other, the ring between them turns the cord by π
-    places = [[0, 0, -1.0], [0, 0, 0], [0, 0, -1.5]]
-    # one strain in all of the cord: its mean tension is that of its length
-    mean = (m1 * (G - a) * 1.0 + m2 * (G + a) * 1.5) / 2.5
-    system, start = machine(places, {0: m1, 2: m2}, [1], mean, friction=friction)
-    v = np.zeros_like(start.x)
-    v[0, 2], v[2, 2] = -v0, v0  # it slides from the start, much faster than it creeps
-    flight = nd.simulate(system, nd.State.at(start.x, v), [0.0, end], options=OPTIONS[method])
-    way = v0 * end + 0.5 * a * end**2
-    # friction at the speed u lacks (v₀/u)²/2, 2e-6; its angle lacks 2e-3 of smoothing, so the ratio 2e-3 μ, and
-    # a some 1e-3. As the sides change, the mean tension does by some 2 N: the cord yields by 2.5 m · 2 N/EA, 5e-4 m
-    off = 5e-4 + 0.5e-3 * way if friction else 2e-5
-    np.testing.assert_allclose(flight[-1].x[[0, 2], 2], [-1.0 - way, -1.5 + way], atol=off)
-    pulls = segments(system, flight[-1])
-    assert pulls[0] / pulls[1] == pytest.approx(ratio, rel=5e-4 if friction else 1e-12)
-    np.testing.assert_allclose(pulls, [m1 * (G - a), m2 * (G + a)], rtol=5e-3 if friction else 2e-3)
 
 
 @pytest.mark.parametrize("method", OPTIONS)

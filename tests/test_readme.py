@@ -184,7 +184,18 @@ def test_the_verbs_of_the_table_are_there(tmp_path: Path, capsys: pytest.Capture
         for line in re.findall(r"^\| `netdae (.*?)`", README, flags=re.M)
     ]
     verbs = [line[0] for line in listed]
-    assert {*verbs} == {"run", "render", "plot", "forces", "check", "mesh", "info", "schema", "manual"}
+    assert {*verbs} == {
+        "run",
+        "render",
+        "plot",
+        "forces",
+        "check",
+        "verify",
+        "mesh",
+        "info",
+        "schema",
+        "manual",
+    }
     assert "--ensemble" in listed[1]
     assert "--resume" in listed[2]
     net = tmp_path / "net.vtu"

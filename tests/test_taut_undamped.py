@@ -7,13 +7,15 @@ standard and 1 % at accurate, 1 and 0.5 % of the energy, for hanging chains 2.5 
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
 
 from netdae.forces.loads import Gravity
 from netdae.model.material import Material
 from netdae.model.net import CableNet
 from netdae.model.restraints import Restraint
 from netdae.model.state import State
+from netdae.runs.verification.case import Setting
+from netdae.runs.verification.cases import hanging_chain, whirling_ring
+from netdae.runs.verification.cases.hanging_chain import energy, hung, stretched
 from netdae.solvers import driver as integration
 from netdae.solvers.driver import integrate
 from netdae.solvers.ida.taut import Damped, damped_of, has_turned, is_undamped
@@ -39,11 +41,6 @@ def cord(EA, linear_density=1e-9):
     return Material(youngs_modulus=1e6 * EA, linear_density=linear_density, area=1e-6)
 
 
-def stretched(EA, L, T):
-    """Length of a cable under a tension, by Eqs. (3) and (4)."""
-    return brentq(lambda now: 0.5 * EA * ((now / L) ** 2 - 1) * now / L - T, L, 2 * L, xtol=1e-15)
-
-
 def flown(system, start, times, **options):
     """States, and the largest tension of all internal steps."""
     peaks = []
@@ -57,31 +54,6 @@ def flown(system, start, times, **options):
         )
     )
     return states, max(peaks)
-
-
-def energy(system, state):
-    """Kinetic and elastic energy, that in the field of gravity where a node is held, and what dashpots took, J."""
-    total = system.kinetic_energy(state.v) + system.elastic_energy(state.x) + state.balance.dissipated_energy
-    return total + (G * float(system.mass @ state.x[:, 2]) if system.restraints else 0.0)
-
-
-def hung(n, EA, linear_density, tau=0.0):
-    """A chain of 1 m in n links that hangs at rest: the system, its places, and the tensions of its links."""
-    nodes = np.zeros((n + 1, 3))
-    nodes[:, 2] = -np.arange(n + 1) / n
-    links = np.stack((np.arange(n), np.arange(n) + 1), axis=1)
-    net = CableNet(nodes, links, {"top": np.array([0])})
-    system = System(
-        net,
-        cord(EA, linear_density),
-        damping=Dashpot(viscosity_time=tau) if tau else NoDamping(),
-        loads=[Gravity([0.0, 0.0, -G])],
-        restraints=[Restraint("top")],
-    )
-    T = G * (system.mass.sum() - np.cumsum(system.mass)[:-1])
-    x = np.zeros_like(nodes)
-    x[1:, 2] = -np.cumsum([stretched(EA, 1 / n, each) for each in T])
-    return system, x, T
 
 
 @pytest.mark.parametrize("EA", [1e4, 1e7])
@@ -127,24 +99,7 @@ def test_a_coarse_flight_of_undamped_cables_warns():
 
 @pytest.mark.parametrize("accuracy", BOUNDS)
 def test_a_ring_of_masses_turns_at_its_tension(accuracy, driver):
-    """12 masses at a strain of 1e-3: each is held by 2 T sin 15° = m ω² r."""
-    n, EA, mass, strain = 12, 1e4, 0.1, 1e-3
-    angle = 2 * np.pi * np.arange(n) / n
-    nodes = np.stack((np.cos(angle), np.sin(angle), 0 * angle), axis=1)
-    sides = np.stack((np.arange(n), np.roll(np.arange(n), -1)), axis=1)
-    net = CableNet(nodes, sides, {"all": np.arange(n)})
-    system = System(net, cord(EA), masses={"all": mass}, damping=NoDamping())
-    stretch = np.sqrt(1 + 2 * strain)
-    T = EA * strain * stretch
-    omega = np.sqrt(2 * T * np.sin(np.pi / n) / (mass * stretch))
-    x = stretch * nodes
-    start = State.at(x, omega * np.stack((-x[:, 1], x[:, 0], 0 * angle), axis=1))
-    states, peak = flown(system, start, np.linspace(0.0, 2.0, 41), accuracy=accuracy)
-    in_tension, in_energy = BOUNDS[accuracy]
-    for state in states:
-        np.testing.assert_allclose(system.tension(state.x), T, rtol=in_tension)
-        assert energy(system, state) == pytest.approx(energy(system, states[0]), rel=in_energy)
-    assert peak == pytest.approx(T, rel=in_tension)
+    whirling_ring.fly(Setting("ida", accuracy=accuracy)).require()
 
 
 @pytest.mark.parametrize("accuracy", BOUNDS)
@@ -165,26 +120,8 @@ def test_a_chain_at_rest_comes_to_rest(accuracy, driver):
 @pytest.mark.parametrize("mode", [1, 2, 3])
 @pytest.mark.parametrize("accuracy", BOUNDS)
 def test_a_hanging_chain_swings_in_its_modes(accuracy, mode, tau):
-    """ω = (j/2)√(g/L) with the zeros j of J₀; the energy of the swing stays, and its tension hardly rises."""
-    system, x, T = hung(50, 1e4, 0.1, tau)
-    q = T / -np.diff(x[:, 2])
-    K = np.diag(np.append(q[1:], 0.0) + q) - np.diag(q[1:], 1) - np.diag(q[1:], -1)
-    root = np.sqrt(system.mass[1:])
-    squares, shapes = np.linalg.eigh(K / np.outer(root, root))
-    omega, shape = np.sqrt(squares[mode - 1]), shapes[:, mode - 1] / root
-    # links of 1/50 m and half a link's mass at the end shift a mode by h/L and less
-    assert omega == pytest.approx(0.5 * (2.4048, 5.5201, 8.6537)[mode - 1] * np.sqrt(G), rel=0.01)
-    amplitude = 0.02
-    v = np.zeros_like(x)
-    v[1:, 0] = amplitude * omega * shape / np.abs(shape).max()
-    times = np.linspace(0.0, 4 * np.pi / omega, 41)
-    states, peak = flown(system, State.at(x, v), times, accuracy=accuracy)
-    swing = system.kinetic_energy(v)
-    for state in states:
-        assert abs(energy(system, state) - energy(system, states[0])) < 0.025 * swing
-    # link by link T = Σ m (g + v²/r), with 1/r the slope of the mode: the swing's share is of second order in it
-    rise = (1.0 + 4.0 * amplitude**2 * omega**2 / G) * (1 + BOUNDS[accuracy][0])
-    assert T.max() * (1 - BOUNDS[accuracy][0]) < peak < T.max() * rise
+    """The energy of the swing stays, and its tension hardly rises."""
+    hanging_chain.swing(Setting("ida", 50, accuracy), mode, tau).require()
 
 
 def test_steps_decide_whether_cables_are_undamped():

@@ -36,6 +36,11 @@ app.command(
 )
 app.command("netdae.cli.plot:plot", name="plot", help="Draw the figures of runs as PNG and SVG.")
 app.command(
+    "netdae.cli.verify:verify",
+    name="verify",
+    help="Fly the verification cases and write a report that compares them with theory.",
+)
+app.command(
     "netdae.cli.schema:schema", name="schema", help="Print the JSON schema of a scenario, for editors."
 )
 app.command(

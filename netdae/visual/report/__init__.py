@@ -1,0 +1,1 @@
+"""The report of `netdae verify` as one HTML file."""
