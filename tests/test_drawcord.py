@@ -5,7 +5,6 @@ import pytest
 from conftest import STIFF
 from flights import energy_of
 from numpy.random import default_rng
-from scipy.integrate import solve_ivp
 
 from netdae.core.errors import InputError, RunError
 from netdae.forces.drawcord import drawcord, tensions_of
@@ -16,10 +15,11 @@ from netdae.forces.motor import MOTOR, Motor
 from netdae.forces.reel import REELED, Reeled
 from netdae.forces.rings import Cord, Rings
 from netdae.model.material import Material
-from netdae.model.motions import FunctionMotion
 from netdae.model.net import CableNet
 from netdae.model.restraints import Restraint
 from netdae.model.state import State
+from netdae.runs.verification.cases import drawn_polygon
+from netdae.runs.verification.cases.drawn_polygon import polygon, winding
 from netdae.solvers.flight import simulate
 from netdae.solvers.options import SolverOptions
 from netdae.system.damping import Dashpot, NoDamping
@@ -64,50 +64,9 @@ def system_of(net, rings=None, *, material=SOFT, mass=1.0, damping=None, inertia
     )
 
 
-def polygon(k, radius):
-    angle = 2 * np.pi * np.arange(k) / k
-    return radius * np.stack((np.cos(angle), np.sin(angle), np.zeros(k)), axis=1)
-
-
-def winding(speed, t0=0.5):
-    """s = v t²/(2 t0) up to t0, then at the speed v: no jump of the velocity."""
-    return FunctionMotion(
-        lambda t: [speed * (t * t / (2 * t0) if t < t0 else t - t0 / 2), 0, 0],
-        lambda t: [speed * min(t / t0, 1.0), 0, 0],
-        lambda t: [speed / t0 if t < t0 else 0.0, 0, 0],
-    )
-
-
-@pytest.mark.parametrize("k", [3, 8, 40])
-def test_a_polygon_of_free_masses_is_drawn_in_as_its_radius_is(k):
-    """All move radially: m R̈ = −N/k ∂l/∂R with l = k √(4 R² sin²(π/k) + η²) and N = EĀ E11 λ."""
-    mass, radius, speed, size, EA = 0.3, 2.0, 1.0, 1e-2, 100.0
-    net = ringed(polygon(k, radius))
-    motion = winding(speed)
-    system = system_of(net, Rings(size=size), mass=mass, drum=motion)
-    times = np.linspace(0, 2, 9)
-    flight = simulate(system, State.at(net.nodes, np.zeros_like(net.nodes)), times, options=TIGHT)
-    side, L0 = 2 * np.sin(np.pi / k), net.rest_length.sum()
-
-    def rates(t, y):
-        R, v = y
-        h = np.hypot(side * R, size)
-        stretch = k * h / (L0 - motion.at(t)[0][0])
-        N = EA * max(0.5 * (stretch**2 - 1), 0.0) * stretch
-        return [v, -N * side**2 * R / h / mass]
-
-    truth = solve_ivp(rates, (0, 2), [radius, 0.0], t_eval=times, rtol=1e-11, atol=1e-13, max_step=1e-2)
-    for frame, R, v in zip(flight, *truth.y, strict=True):
-        x, w = frame.x[:k], frame.v[:k]
-        out = x / np.linalg.norm(x, axis=1)[:, None]
-        # relative tolerance 1e-8 a step, some hundred steps; at s = 1.75 m of 12 m they swing by a metre
-        np.testing.assert_allclose(np.linalg.norm(x, axis=1), R, rtol=0, atol=3e-6)
-        np.testing.assert_allclose(np.sum(w * out, axis=1), v, rtol=0, atol=3e-6)
-        # radial, all of them: what is sideways is round-off, that the solver's corrections let grow
-        assert np.abs(np.cross(out, w)).max() < 1e-9
-        assert energy_of(system, frame) == pytest.approx(energy_of(system, flight[0]), abs=1e-5)
-    assert flight[-1].balance.external_work > 0.02  # that the drum has put in
-    assert np.abs(system.momentum(flight[-1].v)).max() < 1e-12
+@pytest.mark.parametrize("setting", drawn_polygon.CASE.settings, ids=lambda setting: setting.label)
+def test_a_polygon_of_free_masses_is_drawn_in_as_its_radius_is(setting):
+    drawn_polygon.fly(setting).require()
 
 
 @pytest.mark.parametrize("friction", [0.0, 0.2])

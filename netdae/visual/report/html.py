@@ -34,7 +34,8 @@ p { margin: .3rem 0; }
 table { border-collapse: collapse; width: 100%; margin: .8rem 0; font-size: .83rem; }
 th, td { text-align: left; padding: .22rem .5rem; border-bottom: 1px solid #ddd; vertical-align: top; }
 th { border-bottom: 1.5px solid #555; }
-td { font-variant-numeric: tabular-nums; overflow-wrap: anywhere; }
+td { font-variant-numeric: tabular-nums; }
+.number, .passes, .FAILS { white-space: nowrap; }
 .passes { color: #00683f; } .FAILS { color: #b00020; font-weight: 700; }
 .picture svg { max-width: 34rem; width: 100%; height: auto; }
 a { color: #0b4f8a; }
@@ -104,6 +105,11 @@ def _inlined(svg: str, name: str) -> str:
     return re.sub(r"url\(#", f"url(#{name}-", element).strip()
 
 
+def _kind_of(cell: str) -> str:
+    """The class of a cell that is a number, which is not broken into two lines."""
+    return ' class="number"' if re.fullmatch(r"[-+]?[0-9.]+(e[-+]?[0-9]+)?( ± [0-9.]+)?", cell) else ""
+
+
 def _table(head: Sequence[str], rows: Sequence[Sequence[str]], *, linked: bool = False) -> Iterator[str]:
     yield (
         "<table>\n<thead><tr>"
@@ -116,6 +122,8 @@ def _table(head: Sequence[str], rows: Sequence[Sequence[str]], *, linked: bool =
             cells[0] = f'<a href="#{cells[0]}">{cells[0]}</a>'
         marked = f' class="{row[-1]}"' if row[-1] in ("passes", "FAILS") else ""
         yield (
-            "<tr>" + "".join(f"<td>{cell}</td>" for cell in cells[:-1]) + f"<td{marked}>{cells[-1]}</td></tr>"
+            "<tr>"
+            + "".join(f"<td{_kind_of(cell)}>{cell}</td>" for cell in cells[:-1])
+            + f"<td{marked}>{cells[-1]}</td></tr>"
         )
     yield "</tbody>\n</table>"

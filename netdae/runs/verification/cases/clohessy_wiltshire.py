@@ -63,8 +63,8 @@ def fly(setting: Setting) -> Study:
         Picture(
             "along the track, m",
             "outward, m",
-            tuple(Curve("Clohessy and Wiltshire", *expected[:, k, [1, 0]].T) for k in (0, 1)),
-            tuple(Curve("netdae", *flight.positions[:, k, [1, 0]].T) for k in (0, 1)),
+            tuple(Curve(f"closed form, mass {k + 1}", *expected[:, k, [1, 0]].T) for k in (0, 1)),
+            tuple(Curve(f"netdae, mass {k + 1}", *flight.positions[:, k, [1, 0]].T) for k in (0, 1)),
         ),
     )
 

@@ -127,12 +127,15 @@ CASE = Case(
         Source(
             "M. G. Calkin, R. H. March, The dynamics of a falling chain: I, "
             "American Journal of Physics 57 (1989) 154–157",
-            "https://doi.org/10.1119/1.16103",
+        ),
+        Source(
+            "C. W. Wong, K. Yasui, Falling chains, American Journal of Physics 74 (2006) 490–496",
+            "https://doi.org/10.1119/1.2186686",
         ),
         Source(
             "M. Schagerl, A. Steindl, W. Steiner, H. Troger, On the paradox of the free falling folded chain, "
             "Acta Mechanica 125 (1997) 155–168",
-            "https://doi.org/10.1007/BF01177305",
+            "https://pure.fh-ooe.at/en/publications/on-the-paradox-of-the-free-falling-folded-chain",
         ),
     ),
     fly=fly,

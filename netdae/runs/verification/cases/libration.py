@@ -70,7 +70,7 @@ def fly(setting: Setting) -> Study:
                 reason="of the swing: the pendulum's next order, θ²/16, moves the period by 1e-5",
             )
         )
-        curves.append((Curve(f"theory, {name}", times, expected), Curve("netdae", times, angle)))
+        curves.append((Curve(f"theory, {name}", times, expected), Curve(f"netdae, {name}", times, angle)))
     return Study(
         tuple(checks),
         Picture("time, s", "angle, rad", *(tuple(pair) for pair in zip(*curves, strict=True))),

@@ -80,12 +80,11 @@ CASE = Case(
     sources=(
         Source(
             "IFToMM library of computational benchmark problems, A01 Simple pendulum",
-            "https://www.iftomm-multibody.org/benchmark/problem/Planar_simple_pendulum/",
+            "http://lim.ii.udc.es/mbsbenchmark/dist/A01/A01_specification.xml",
         ),
         Source(
-            "M. González, D. Dopico, U. Lugrís, J. Cuadrado, A benchmarking system for MBS simulation software, "
-            "Multibody System Dynamics 16 (2006) 179–190",
-            "https://doi.org/10.1007/s11044-006-9020-4",
+            "M. González, D. Dopico, U. Lugrís, J. Cuadrado, A benchmarking system for MBS simulation software: "
+            "problem standardization and performance measurement, Multibody System Dynamics 16 (2006) 179–190"
         ),
     ),
     fly=fly,
