@@ -25,6 +25,12 @@ class NotAvailable(Exception):  # noqa: N818, no error: it is shown in a table
     """A method that this installation does not have."""
 
 
+def _absent(name: str, error: ImportError) -> NotAvailable:
+    if error.name == name:
+        return NotAvailable(f"{name} is not installed")
+    return NotAvailable(f"{name} cannot be imported, {str(error).splitlines()[0]}")
+
+
 class Watch(Protocol):
     """Takes the time of a flight, and may end it by raising from `check`."""
 
@@ -85,8 +91,8 @@ def _exudyn() -> Any:
     sys.exudynFast = True  # type: ignore[attr-defined]  # its build without range checks
     try:
         import exudyn
-    except ImportError:
-        raise NotAvailable("exudyn is not installed") from None
+    except ImportError as error:
+        raise _absent("exudyn", error) from None
     return exudyn
 
 
@@ -219,8 +225,8 @@ def fly_mujoco(flight: PeerFlight, clock: Watch) -> Flown:
     """MuJoCo's symplectic Euler step."""
     try:
         import mujoco
-    except ImportError:
-        raise NotAvailable("mujoco is not installed") from None
+    except ImportError as error:
+        raise _absent("mujoco", error) from None
     dt, chunks = flight.step, flight.chunks
     model = mujoco.MjModel.from_xml_string(mujoco_model(flight, dt))
     data = mujoco.MjData(model)

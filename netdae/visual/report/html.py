@@ -37,6 +37,7 @@ th { border-bottom: 1.5px solid #555; }
 td { font-variant-numeric: tabular-nums; }
 .number, .passes, .FAILS { white-space: nowrap; }
 .passes { color: #00683f; } .FAILS { color: #b00020; font-weight: 700; }
+figure.picture { margin: .6rem 0; }
 .picture svg { max-width: 34rem; width: 100%; height: auto; }
 a { color: #0b4f8a; }
 @media print {

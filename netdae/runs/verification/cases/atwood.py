@@ -137,7 +137,7 @@ def fly(setting: Setting) -> Study:
 CASE = Case(
     name="atwood",
     title="Atwood's machine with the capstan's friction",
-    statement="Two masses over a pulley fall as theory says, and the tensions have the capstan's ratio e^{μπ}.",
+    statement="Two masses over a pulley fall as theory says; the ratio of the tensions is the capstan's, e to the μπ.",
     sources=(
         Source("G. Atwood, A Treatise on the Rectilinear Motion and Rotation of Bodies, Cambridge 1784"),
         Source("J. A. Eytelwein, Handbuch der Statik fester Körper, vol. 2, Berlin 1808: the capstan"),

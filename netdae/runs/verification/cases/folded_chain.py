@@ -87,6 +87,7 @@ def fly(setting: Setting) -> Study:
     lowest = int(fallen.argmax())
     found = np.interp(L * shares, fallen[: lowest + 1], times[: lowest + 1])
     free = np.sqrt(2 * L * shares / G)
+    ways = L * np.linspace(0.0, 1.0, 60)
     return Study(
         (
             Check.of(
@@ -110,10 +111,10 @@ def fly(setting: Setting) -> Study:
             "time, s",
             "fall of the end, m",
             (
-                Curve("Calkin and March", expected, L * shares),
-                Curve("free fall", free, L * shares),
+                Curve("Calkin and March", [time_to(x) for x in ways], ways),
+                Curve("free fall", np.sqrt(2 * ways / G), ways),
             ),
-            (Curve(f"netdae, {setting.mesh} links", times[::50], fallen[::50]),),
+            (Curve(f"netdae, {setting.mesh} links", times[: lowest + 1 : 25], fallen[: lowest + 1 : 25]),),
         ),
     )
 
@@ -122,7 +123,7 @@ MESHES = (50, 100, 200)
 CASE = Case(
     name="folded-chain",
     title="Falling folded chain",
-    statement="The freed end of a folded chain falls faster than a free body: its length in 15 % less time.",
+    statement="The freed end of a folded chain falls faster than a free body: 98 % of its length in 15 % less time.",
     sources=(
         Source(
             "M. G. Calkin, R. H. March, The dynamics of a falling chain: I, "
