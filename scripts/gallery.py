@@ -2,7 +2,7 @@
 
     python3 scripts/in_venv.py python scripts/gallery.py scripts/pictures/gallery
 
-Flies every scenario of this folder by the explicit method, one with obstacles by its own, with 25 frames. Pictures the
+Flies every scenario of this folder by the explicit method, with 25 frames. Pictures the
 largest mouth, or two thirds of the way where a net is widest at its start; a net that is held, towed or meets a body,
 at the end; and one that closes at its widest, half closed and at the end, from ahead. Prints a row of its table each.
 """
@@ -44,8 +44,6 @@ def shown(script: Path, picture: Path, *, end: float | None) -> str:
     times = np.linspace(begin, last if end is None else min(begin + end, last), FRAMES)
     # no tolerances: those of a scenario for IDA say nothing to the explicit method
     options = nd.SolverOptions("explicit", accuracy=simulation.options.accuracy)
-    if simulation.system.obstacles:  # explicit steps come too late to a fixed obstacle
-        options = simulation.options
     simulation = replace(simulation, options=options, times=times)
     with tempfile.TemporaryDirectory() as folder:
         summary = fly(simulation, RunFolder(Path(folder) / "run", scenario))

@@ -73,7 +73,8 @@ from netdae.scenario.reader import read_scenario
 try:
     read_scenario(sys.argv[1]).build()
 except ScenarioError as error:
-    print(error, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+    with open("/proc/self/status") as file:  # ru_maxrss begins with that of the process which started this one
+        print(error, next(line.split()[1] for line in file if line.startswith("VmHWM")))
 """
 
 

@@ -304,6 +304,8 @@ def test_schema_knows_every_section_of_the_design():
         "events",
         "closing",
         "pulleys",
+        "target",
+        "obstacles",
         "solver",
         "output",
     }

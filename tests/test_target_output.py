@@ -163,20 +163,21 @@ def test_a_net_that_is_caught_tells_what_contact_does(tmp_path):
     assert frame.point_data["contact_gap"].min() >= table["contact_gap"][k] - 1e-6  # cables may be deeper
 
 
-@pytest.mark.parametrize("method", ["ida", "explicit"])
-def test_events_find_the_first_contact(tmp_path, method):
+@pytest.mark.parametrize(("method", "error"), [("ida", 2e-5), ("explicit", 1e-7)])
+def test_events_find_the_first_contact(tmp_path, method, error):
+    """IDA's polynomial of the step in which the sphere is met knows its push before it: a fifth of 0.1 ms."""
     head, _, tail = SCENARIO.partition("[target]")
     text = head.replace("scale =", "velocity = [0.0, 0.0, 5.0]\nscale =") + BALL
     text += "[solver]" + tail.partition("[solver]")[2].replace(
-        "end = 0.5", f'end = 0.31\nmethod = "{method}"'
+        "end = 0.5", f'end = 0.31\nmethod = "{method}"\nmax_step = 1e-4'
     )
     out = flown(tmp_path, text)
     told = json.loads((out / "summary.json").read_text())
     times = {event["figure"]: event["time"] for event in told["events"]}
     # the middle knot, with half the diameter of its cords, comes to the pole of the sphere
     first = (2.0 - 0.5 - 5e-4) / 5.0
-    assert times["first_contact"] == pytest.approx(first, abs=1e-7)
-    assert times["contacts"] == pytest.approx(first, abs=1e-7)
+    assert times["first_contact"] == pytest.approx(first, abs=error)
+    assert times["contacts"] == pytest.approx(first, abs=error)
     assert times["target_distance"] == pytest.approx(0.2, abs=1e-7)
     assert first - 1e-9 < told["contact"]["first_contact"] <= 0.31  # the internal step after it
 
