@@ -13,39 +13,24 @@ from types import CodeType, FunctionType
 
 from numba.core.ccallback import CFunc
 from numba.core.dispatcher import Dispatcher
+from shots import shot
 
 import netdae
 from netdae.forces import loops
 from netdae.solvers.ida import calls
 
 ROOT = Path(__file__).resolve().parent.parent
-SCENARIO = """\
-title = "small"
-[net]
-kind = "square"
-side = 1.0
-cells = 4
-[[material]]
-youngs_modulus = 70e9
-density = 1390.0
-diameter = 1e-3
-[damping]
-kind = "dashpot"
-viscosity_time = 1e-5
-[[masses]]
-group = "corners"
-mass = 0.1
-[initial]
-scale = [0.5, 0.5, 1.0]
-[[initial.ejection]]
-group = "corners"
-speed = 2.0
-half_angle_deg = 45.0
-[solver]
-end = 0.1
-[output]
-frames = 3
-"""
+SCENARIO = shot(
+    title="small",
+    youngs_modulus="70e9",
+    viscosity_time="1e-5",
+    mass=0.1,
+    scale=0.5,
+    speed=2.0,
+    half_angle_deg=45.0,
+    accuracy=None,
+    frames=3,
+)
 
 
 def test_the_first_flight_gives_the_figures_of_the_second(tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ import json
 
 import numpy as np
 import pytest
+import shots
 
 import netdae as nd
 from netdae.cli import main
@@ -125,37 +126,20 @@ def test_chains_are_left_alone():
     assert symmetry_of(system, State.at(net.nodes), 1.0) is None
 
 
-SCENARIO = """\
-title = "small"
-[net]
-kind = "square"
-side = 1.0
-cells = 4
-[[material]]
-youngs_modulus = 70e9
-density = 1390.0
-diameter = 1e-3
-[damping]
-kind = "dashpot"
-viscosity_time = 1e-5
-[[masses]]
-group = "corners"
-mass = 0.1
-[[restraints]]
-group = "centre"
-axes = "z"
-[initial]
-scale = [0.5, 0.5, 1.0]
-[[initial.ejection]]
-group = "corners"
-speed = 2.0
-half_angle_deg = 90.0
-[solver]
-method = "explicit"
-end = 0.3
-[output]
-frames = 3
-"""
+SCENARIO = shots.shot(
+    title="small",
+    youngs_modulus="70e9",
+    viscosity_time="1e-5",
+    mass=0.1,
+    scale=0.5,
+    speed=2.0,
+    half_angle_deg=90.0,
+    sections='[[restraints]]\ngroup = "centre"\naxes = "z"\n',
+    method="explicit",
+    end=0.3,
+    accuracy=None,
+    frames=3,
+)
 WITH = SCENARIO.replace("[initial]\n", "[initial]\ndisturbance = 1e-6\ndisturbance_seed = 5\n")
 
 
