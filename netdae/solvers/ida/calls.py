@@ -59,6 +59,30 @@ def renew(address: int, t: float, cj: float, y: FloatArray) -> bool:
 
 
 @njit(**OPTIONS)
+def evaluate(
+    address: int,
+    t: float,
+    cj: float,
+    predicted: FloatArray,
+    slope: FloatArray,
+    e: FloatArray,
+    y: FloatArray,
+    yp: FloatArray,
+    F: FloatArray,
+) -> int:
+    """Write the iterate with the correction e to y and yp, and its residual to F; return where that is not finite."""
+    u = record_at(address)
+    for k in range(len(y)):
+        y[k] = predicted[k] + e[k]
+        yp[k] = slope[k] + cj * e[k]
+    bad = residual(t, y, yp, load(u.net, Net), F)
+    u.residuals += 1
+    if bad >= 0:
+        u.not_finite, u.not_finite_at = bad, t
+    return bad
+
+
+@njit(**OPTIONS)
 def iterate(
     address: int,
     t: float,
@@ -83,15 +107,8 @@ def iterate(
     for k in range(size):
         gained[k] = 0.0
     for iteration in range(ITERATIONS):
-        if iteration > 0:
-            for k in range(size):
-                y[k] = predicted[k] + e[k]
-                yp[k] = slope[k] + cj * e[k]
-            bad = residual(t, y, yp, net, F)
-            u.residuals += 1
-            if bad >= 0:
-                u.not_finite, u.not_finite_at = bad, t
-                return _RESIDUAL_FAILED
+        if iteration > 0 and evaluate(address, t, cj, predicted, slope, e, y, yp, F) >= 0:
+            return _RESIDUAL_FAILED
         if not renew(address, t, cj, y):  # an iterate may be anywhere
             u.singular = -1
             return _NOT_CONVERGED
@@ -209,13 +226,7 @@ def on_newton(solver, start, correction, weights, tolerance, wants_setup, memory
     e[:] = 0.0
     put_curved_axes(t, predicted, net, e)
     while True:
-        for k in range(size):
-            y[k] = predicted[k] + e[k]
-            yp[k] = slope[k] + cj * e[k]
-        bad = residual(t, y, yp, net, F)
-        u.residuals += 1
-        if bad >= 0:
-            u.not_finite, u.not_finite_at = bad, t
+        if evaluate(address, t, cj, predicted, slope, e, y, yp, F) >= 0:
             return _RESIDUAL_FAILED
         if setup:
             code = call(u.on_setup, (np.int32(0), at + 56, u.memory))
