@@ -10,8 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Any
 
 from numba.core.event import Event, Listener, install_listener
+
+FAST = {"reassoc", "contract", "arcp", "nsz"}  # but not-a-number and infinity keep their meaning
+OPTIONS: dict[str, Any] = {"fastmath": FAST, "error_model": "numpy"}
+INLINED: dict[str, Any] = {**OPTIONS, "forceinline": True}  # nor are references counted
 
 COMPILING = "compiling the kernels, which takes up to a minute; later runs find them on disk"
 

@@ -27,17 +27,11 @@ import numpy as np
 from numba import njit
 
 from netdae.core.arrays import FloatArray, IntArray
+from netdae.core.compilation import INLINED
 from netdae.core.sources import Sources
 
 NewtonPart = Literal["symmetric", "links", "nothing"]
 Share = Literal["conservative", "dissipative", "external"]
-
-FAST = {"reassoc", "contract", "arcp", "nsz"}  # but not-a-number and infinity keep their meaning
-OPTIONS: dict[str, Any] = {"fastmath": FAST, "error_model": "numpy"}
-INLINED: dict[str, Any] = {
-    **OPTIONS,
-    "forceinline": True,
-}  # see `core.compilation`; nor are references counted
 
 PACKAGE = "netdae"
 

@@ -16,8 +16,9 @@ from numba.extending import overload
 
 from netdae.core.addresses import flags, floats, index
 from netdae.core.arrays import BoolArray, Flags, FloatArray, IntArray, Reals, Wholes, Wholes2, wholes
+from netdae.core.compilation import INLINED, OPTIONS
 from netdae.core.records import Record, load
-from netdae.forces.law import INLINED, LAWS, OPTIONS, Law, Shares
+from netdae.forces.law import LAWS, Law, Shares
 
 
 class Elements(NamedTuple):

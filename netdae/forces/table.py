@@ -18,11 +18,11 @@ from numba import njit
 
 from netdae.core.addresses import call, call_for_real, floats
 from netdae.core.arrays import BoolArray, FloatArray, Reals, Reals2, Wholes, wholes
+from netdae.core.compilation import INLINED
 from netdae.core.errors import RunError
 from netdae.core.records import Record
 from netdae.forces.elements import ElementForce
 from netdae.forces.force import Force
-from netdae.forces.law import INLINED
 from netdae.forces.loops import SUMS, loop_of
 from netdae.forces.python import PythonRow
 from netdae.model.signals import line_of

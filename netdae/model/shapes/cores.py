@@ -12,10 +12,8 @@ import numpy as np
 from numba import njit
 
 from netdae.core.arrays import FloatArray
+from netdae.core.compilation import INLINED
 from netdae.model.shapes.kinds import CORE, FACE, VERTEX
-
-# as for the laws of forces; not-a-number and infinity keep their meaning
-OPTIONS: dict[str, Any] = {"fastmath": {"reassoc", "contract", "arcp", "nsz"}, "error_model": "numpy"}
 
 Curved = tuple[float, float, float, float, float, float, float, float, float, float]
 """φ, n as x, y, z, and ∇∇φ as xx, yy, zz, xy, xz, yz."""
@@ -25,7 +23,7 @@ _TINY = 1e-150  # its square is above the smallest number
 
 def inlined(function: Any) -> Any:
     """A compiled function that becomes part of those that call it."""
-    return njit(cache=True, forceinline=True, **OPTIONS)(function)
+    return njit(cache=True, **INLINED)(function)
 
 
 @inlined

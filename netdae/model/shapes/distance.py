@@ -26,8 +26,9 @@ import numpy as np
 from numba import njit
 
 from netdae.core.arrays import FloatArray, IntArray
+from netdae.core.compilation import OPTIONS
 from netdae.core.records import load
-from netdae.model.shapes.cores import OPTIONS, Curved, box, frustum, grid, hull, inlined, segment
+from netdae.model.shapes.cores import Curved, box, frustum, grid, hull, inlined, segment
 from netdae.model.shapes.kinds import BOX, CORE, FRUSTUM, HULL, OFFSET, PLANE, SEGMENT, Parts
 
 Distance = tuple[float, float, float, float]

@@ -22,7 +22,7 @@ from numba import njit
 
 from netdae.core.addresses import index
 from netdae.core.arrays import BoolArray, FloatArray
-from netdae.forces.law import FAST
+from netdae.core.compilation import FAST
 from netdae.forces.table import Rows, sift
 from netdae.solvers.explicit.parts import IMPULSE, WORK, Acting, Bodies, Room
 from netdae.solvers.explicit.turning import pace_of, turn
@@ -216,6 +216,18 @@ def look(
         activate_all(room)
     else:
         _find_spans(room)
+
+
+@njit(**INLINED)
+def clear(h: float, bodies: Bodies, room: Room) -> None:
+    """Begin a run of steps of length h: nothing is gained yet, and a look is due."""
+    room.counts[1] = room.counts[2] = 0
+    room.moves[:] = False
+    room.reach[:] = 0.0
+    room.reach[MARGIN] = room.reach[WIDE_MARGIN] = -1.0
+    room.gained[:] = 0.0
+    for i in range(len(room.kick)):
+        room.kick[i] = h * bodies.share[i]
 
 
 @njit(**INLINED)

@@ -39,8 +39,8 @@ from numba import njit
 
 from netdae.core.addresses import floats, index
 from netdae.core.arrays import BoolArray, FloatArray, Reals, Wholes, wholes
+from netdae.core.compilation import FAST
 from netdae.core.records import load
-from netdae.forces.law import FAST
 from netdae.forces.loops import DISSIPATED, EXTERNAL, FORCE, GIVEN, SUMS, TAKEN
 from netdae.forces.table import (
     Rows,
@@ -53,7 +53,16 @@ from netdae.forces.table import (
     settle,
     sift,
 )
-from netdae.solvers.explicit.active import INLINED, MARGIN, PARTING, WAY, WIDE_MARGIN, WIDE_WAY, look
+from netdae.solvers.explicit.active import (
+    INLINED,
+    MARGIN,
+    PARTING,
+    WAY,
+    WIDE_MARGIN,
+    WIDE_WAY,
+    clear,
+    look,
+)
 from netdae.solvers.explicit.parts import IMPULSE, LOST, POWERS, WORK, Acting, Bodies, Held, Room, Tally
 from netdae.solvers.explicit.wrench import add_force, add_slow_wrench
 
@@ -121,7 +130,7 @@ def fly_lossless(
     steps: int,
     hold: int,
     strain_limit: float,
-    history: tuple[FloatArray, FloatArray],
+    history: tuple[FloatArray, FloatArray, FloatArray],
 ) -> Tally:
     """Take `steps` steps of length h from t on, or fewer if the strain passes its limit; as `verlet.fly`.
 
@@ -199,13 +208,9 @@ def _begin(
 ) -> float:
     """Kicks' forces at the instant before the first step, and what mean forces may be; return how near is near, m."""
     farthest = 0.0
-    room.counts[1] = 0
-    room.reach[:] = 0.0
-    room.reach[MARGIN] = room.reach[WIDE_MARGIN] = -1.0  # a look is due
-    room.gained[:] = 0.0
+    clear(h, bodies, room)
     b.passes[:] = 0.0
     for i in range(len(x)):
-        room.kick[i] = h * bodies.share[i]
         b.f[i], b.now[i], room.drift[i] = 0.0, v[i], 0.0
         farthest = max(farthest, abs(x[i]))
     sift(rows, x, 0.0, 1e-3 * bodies.shortest, np.int64(0))

@@ -20,9 +20,9 @@ from numba import njit
 
 from netdae.core.addresses import call
 from netdae.core.arrays import FloatArray, Reals, Wholes
+from netdae.core.compilation import INLINED
 from netdae.core.records import Record
 from netdae.forces.elements import ElementForce
-from netdae.forces.law import INLINED
 from netdae.forces.loops import loop_of
 
 ITERATIONS = 60  # bisection alone is at round-off by then

@@ -26,6 +26,9 @@ from netdae.solvers.explicit.rubbing import Contacts
 from netdae.solvers.explicit.verlet import fly
 from netdae.system.system import System
 
+NOTHING = np.zeros(0)
+"""Memory of a net that meets nothing."""
+
 
 class Kernel:
     """Flies several steps at a time.
@@ -97,6 +100,8 @@ class Kernel:
     @property
     def memory(self) -> FloatArray:
         """What the next step depends on besides x, v and a: the base of a target's attitude, and s of contacts."""
+        if self.pose is None and not self._places:
+            return NOTHING
         base = () if self.pose is None else (self.pose.values.base,)
         return np.concatenate((*base, *self._places, np.zeros(0)))
 

@@ -23,8 +23,8 @@ from numba import njit
 from scipy import sparse
 
 from netdae.core.arrays import FloatArray, IntArray
+from netdae.core.compilation import FAST
 from netdae.forces.elements import ElementForce
-from netdae.forces.law import FAST
 from netdae.solvers.linalg.scalar_ldl import Factor, ScalarLdl, solve
 
 NOTHING = 1e-13  # of a cable's viscosity: what round-off leaves across its direction

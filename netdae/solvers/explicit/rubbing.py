@@ -22,6 +22,7 @@ from numba import njit
 
 from netdae.core.addresses import floats
 from netdae.core.arrays import FloatArray, Wholes
+from netdae.core.compilation import OPTIONS
 from netdae.core.records import load
 from netdae.forces.contact import (
     DAMPING,
@@ -37,7 +38,7 @@ from netdae.forces.contact import (
     seen,
     shown,
 )
-from netdae.forces.law import OPTIONS, Vector
+from netdae.forces.law import Vector
 from netdae.forces.loops import ACTED, Elements
 from netdae.forces.pose import Matrix, Pose
 

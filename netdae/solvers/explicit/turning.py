@@ -17,8 +17,8 @@ import numpy as np
 from numba import njit
 
 from netdae.core.arrays import FloatArray
+from netdae.core.compilation import FAST
 from netdae.core.records import load
-from netdae.forces.law import FAST
 from netdae.forces.pose import ANGLE, Pose, product, put_base, rates_of
 
 FINEST = 2e-4

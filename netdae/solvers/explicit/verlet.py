@@ -31,8 +31,8 @@ from numba import njit
 
 from netdae.core.addresses import floats
 from netdae.core.arrays import FloatArray
+from netdae.core.compilation import FAST
 from netdae.core.records import load
-from netdae.forces.law import FAST
 from netdae.forces.loops import DISSIPATED, EXTERNAL, FORCE, FORMER, GIVEN, STRAIN, TAKEN, TENSION
 from netdae.forces.table import (
     Rows,
@@ -48,11 +48,10 @@ from netdae.forces.table import (
 from netdae.solvers.explicit.active import (
     INLINED,
     LEAST_MARGIN,
-    MARGIN,
     WAY,
-    WIDE_MARGIN,
     activate_all,
     catch_up,
+    clear,
     is_due,
     look,
     make_up_turn,
@@ -177,17 +176,12 @@ def _begin(
 ) -> None:
     """The instant before the first step, whose forces are evaluated where they are needed, and its half kick."""
     f, sums, slow, size, drums = room.f, room.sums, acting.slow, len(x), load(acting.drums, Drums)
-    room.counts[1] = room.counts[2] = 0
-    room.moves[:] = False
-    room.reach[:] = 0.0
-    room.reach[MARGIN] = room.reach[WIDE_MARGIN] = -1.0  # a look is due
+    clear(h, bodies, room)
     if acting.contacts != 0:
         put_way(load(acting.contacts, Contacts), 0.0)
     activate_all(room)
-    room.gained[:] = 0.0
     room.outside[:] = 0.0
-    for i in range(size):
-        room.kick[i], f[i] = h * bodies.share[i], 0.0
+    f[:] = 0.0
     if len(slow) > 0:
         acting.slow_v[:] = 0.0
         _find_slow(t, x, v, 0.0, 1, acting, room)

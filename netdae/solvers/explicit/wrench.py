@@ -5,7 +5,7 @@ from __future__ import annotations
 from numba import njit
 
 from netdae.core.arrays import BoolArray, FloatArray
-from netdae.forces.law import FAST
+from netdae.core.compilation import FAST
 
 
 @njit(cache=True, fastmath=FAST, forceinline=True)

@@ -11,8 +11,8 @@ from typing import NamedTuple
 from numba import njit
 
 from netdae.core.arrays import FloatArray, IntArray, Reals, Reals2, Wholes
+from netdae.core.compilation import INLINED
 from netdae.core.records import load
-from netdae.forces.law import INLINED
 from netdae.forces.loops import Elements
 from netdae.solvers.linalg.block_ldl import Ldl
 

@@ -13,8 +13,8 @@ import numpy as np
 from numba import njit
 
 from netdae.core.arrays import Flags, FloatArray, Reals, Wholes
+from netdae.core.compilation import INLINED
 from netdae.core.records import load
-from netdae.forces.law import INLINED
 from netdae.forces.loops import DISSIPATED, FORCE, STRAIN, TENSION
 from netdae.forces.table import Rows, add_forces, add_rates, set_time, sift
 

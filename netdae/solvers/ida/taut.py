@@ -31,9 +31,9 @@ import numpy as np
 from numba import njit
 
 from netdae.core.arrays import FloatArray, IntArray, Reals
+from netdae.core.compilation import OPTIONS as LAWS_OPTIONS
 from netdae.forces.elements import ElementForce
 from netdae.forces.force import Force
-from netdae.forces.law import OPTIONS as LAWS_OPTIONS
 from netdae.system.damping import Rayleigh
 from netdae.system.system import System
 
